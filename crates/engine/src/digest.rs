@@ -34,10 +34,8 @@ impl Digest {
         if let Ok(value) = <[u8; 8]>::try_from(value)
             && self.waiting.len() + 12 <= BUFFER_SIZE
         {
-            let mut entry = [0; 12];
-            entry[..4].copy_from_slice(&property.to_le_bytes());
-            entry[4..].copy_from_slice(&value);
-            self.waiting.extend_from_slice(&entry);
+            let entry = u128::from(property) | u128::from(u64::from_le_bytes(value)) << 32;
+            self.waiting.extend_from_slice(&entry.to_le_bytes()[..12]);
         } else {
             self.add_any(property, value);
         }

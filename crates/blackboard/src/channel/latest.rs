@@ -122,11 +122,11 @@ impl Latest {
     /// # Safety
     /// It is this reader's turn, and it looks at what it holds in this turn alone, or after it was told to
     /// [`hold`](Latest::hold) that in this turn.
-    #[inline]
+    #[inline(always)] // Part of every step with inputs.
     pub unsafe fn refresh_in_turn(&mut self) -> bool {
         let first = &self.channel.ring[0];
         if first.in_turn.load(Ordering::Relaxed) == 0 {
-            return self.refresh();
+            return self.refresh_out_of_turn();
         }
         let (tail, before) = (first.tail.load(order::ACQUIRE), self.sequence);
         if !self.is_loose {
@@ -141,6 +141,13 @@ impl Latest {
         self.is_loose = self.held.is_some();
         self.sequence = self.held.map_or(0, SlotPin::sequence);
         self.sequence != before
+    }
+
+    /// Acts as [`refresh`](Latest::refresh), out of line.
+    /// So the code of readers that take turns stays short.
+    #[inline(never)]
+    fn refresh_out_of_turn(&mut self) -> bool {
+        self.refresh()
     }
 
     /// Pins the held value, if it is not pinned yet.

@@ -9,7 +9,7 @@ use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
 use super::{Control, Core, Cycle, End, Flow, LoopReplay, STAGE_LIMIT, Seat, SharedLoop, workers};
 use crate::clock::monotonic;
-use crate::runner::StepCall;
+use crate::runner::{Runner, StepCall};
 use crate::timing::Span;
 
 /// Position of the loop in its cycle, for the thread that takes the token over.
@@ -65,6 +65,19 @@ impl Turn {
         }
     }
 
+    /// Measures a step that has just ended.
+    /// It began at the monotonic time `start`, ns.
+    #[inline(never)] // Few steps of lockstep are measured.
+    fn measure(&mut self, shared: &SharedLoop, seat: &Seat, runner: &mut Runner, start: u64) {
+        // The end of a step is the beginning of the next.
+        self.mark = monotonic();
+        let duration = self.mark.saturating_sub(start);
+        if self.traced {
+            seat.record(shared, start, duration, self.number);
+        }
+        seat.measure(runner, duration, self.weight(shared, seat.has_deadline, duration));
+    }
+
     /// Returns the weight of this cycle in the histogram.
     fn cycle_weight(&self, shared: &SharedLoop) -> u32 {
         if shared.lockstep && !self.traced { SAMPLE_INTERVAL as u32 } else { 1 }
@@ -113,28 +126,31 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
         if !seat.end(code) {
             return Flow::Lost;
         }
-        // The end of a step is the beginning of the next.
-        turn.mark = if start == 0 { 0 } else { monotonic() };
-        let duration = (start != 0).then(|| turn.mark.saturating_sub(start));
-        let weight = duration.map_or(0, |duration| turn.weight(shared, seat.has_deadline, duration));
-        if turn.traced {
-            seat.record(shared, start, duration.unwrap_or(0), turn.number);
-        }
         // SAFETY: the step was not given up, so this thread still holds the token.
         unsafe {
-            let core = shared.core();
-            if core.position.has_worker_steps {
-                core.position.has_worker_steps = false;
-                core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
-                seat.runner().log.release();
+            let (core, runner) = (shared.core(), seat.runner());
+            if start == 0 {
                 turn.mark = 0;
+            } else {
+                turn.measure(shared, seat, runner, start);
             }
-            let runner = seat.runner();
-            seat.time(runner, duration, weight);
+            if core.position.has_worker_steps {
+                commit_workers(shared, core, &mut turn, runner);
+            }
+            runner.count();
             runner.commit(turn.now, code, core.digest.as_mut());
         }
     }
     end(shared, &mut turn)
+}
+
+/// Commits the steps of workers, which ran beside that of `runner`.
+#[cold]
+fn commit_workers(shared: &SharedLoop, core: &mut Core, turn: &mut Turn, runner: &mut Runner) {
+    core.position.has_worker_steps = false;
+    core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
+    runner.log.release();
+    turn.mark = 0;
 }
 
 /// Waits for the beginning of a cycle, unless it has begun.
@@ -367,7 +383,7 @@ fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
         position.has_worker_steps = true;
         workers.dispatch(level(), turn.now, turn.nominal)
     } else {
-        (1, workers::prepare_due(&plan.seats[first], turn.now, turn.nominal, false))
+        (1, workers::prepare_due(&plan.seats[first], turn.now, turn.nominal))
     };
     position.seat += count;
     match call {

@@ -259,11 +259,12 @@ impl Seat {
     /// Signals the turn of a module that waits for it; false for all others.
     #[inline]
     pub fn signal_turn(&self) -> bool {
-        if self.is_turn_signalled {
-            self.signalled_turns.store(self.signalled_turns.load(Ordering::Relaxed) + 1, Ordering::Release);
-            self.wake.notify(1);
+        if !self.is_turn_signalled {
+            return false;
         }
-        self.is_turn_signalled
+        self.signalled_turns.store(self.signalled_turns.load(Ordering::Relaxed) + 1, Ordering::Release);
+        self.wake.notify(1);
+        true
     }
 
     /// Returns the number of turns signalled; `None` if the loop does not signal them.
@@ -388,13 +389,10 @@ impl Seat {
         self.ticks.load(Ordering::Relaxed)
     }
 
-    /// Counts a step, as [`Runner::time`] does.
-    #[inline]
-    pub fn time(&self, runner: &mut Runner, duration: Option<u64>, stands_for: u32) {
-        if let Some(duration) = duration {
-            self.duration.store(duration, Ordering::Relaxed);
-        }
-        runner.time(duration, stands_for);
+    /// Measures a step, as [`Runner::measure`] does.
+    pub fn measure(&self, runner: &mut Runner, duration: u64, stands_for: u32) {
+        self.duration.store(duration, Ordering::Relaxed);
+        runner.measure(duration, stands_for);
     }
 
     /// Returns the duration of the last timed step, wall-clock ns.

@@ -169,7 +169,8 @@ fn step(shared: &SharedLoop, seat: &Seat, call: StepCall) {
     }
     // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
-    seat.time(runner, Some(duration), 1);
+    seat.measure(runner, duration, 1);
+    runner.count();
     runner.commit(shared.clock.now(), code, None);
     seat.release();
     shared.hooks.notify_write();

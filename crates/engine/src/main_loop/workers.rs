@@ -97,14 +97,14 @@ impl Workers {
         for worker in &self.workers {
             if count + 1 < modules.len() && worker.is_free() {
                 let seat = &modules[count];
-                if let Some(call) = prepare_due(seat, now, nominal, true) {
+                if let Some(call) = prepare_due_beside(seat, now, nominal) {
                     seat.begin(true, monotonic());
                     worker.dispatch(call, Arc::clone(seat));
                 }
                 count += 1;
             }
         }
-        (count + 1, prepare_due(&modules[count], now, nominal, true))
+        (count + 1, prepare_due_beside(&modules[count], now, nominal))
     }
 
     /// Waits for the workers and commits their steps, in the order of dispatch.
@@ -126,36 +126,53 @@ impl Workers {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.log.release();
-                seat.time(runner, Some(duration), 1);
+                seat.measure(runner, duration, 1);
+                runner.count();
                 runner.commit(now, code, digest.as_deref_mut());
             }
         }
     }
 }
 
-/// Prepares a module that is due, for a step alone or beside others.
+/// Returns whether a module is due.
 /// Periods are counted in the `nominal` time of the cycle, so that a module is not a cycle late because its thread woke
 /// up a little later the cycle before.
-#[inline]
-pub(super) fn prepare_due(seat: &Seat, now: u64, nominal: u64, is_parallel: bool) -> Option<StepCall> {
+#[inline(always)] // Part of every step.
+fn is_due(seat: &Seat, nominal: u64) -> bool {
     if seat.signal_turn() || !seat.is_idle() && !seat.reclaim() {
+        return false;
+    }
+    // SAFETY: the caller holds the token and the seat is idle; the reference ends here.
+    unsafe { seat.runner() }.is_due(nominal)
+}
+
+/// Prepares a module that is due, for a step alone.
+#[inline(always)] // Part of every step.
+pub(super) fn prepare_due(seat: &Seat, now: u64, nominal: u64) -> Option<StepCall> {
+    if !is_due(seat, nominal) {
         return None;
     }
     // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
     let runner = unsafe { seat.runner() };
-    if !runner.is_due(nominal) {
-        return None;
-    }
-    if is_parallel {
-        runner.log.hold();
-    }
-    if is_parallel || seat.is_isolated {
+    if seat.is_isolated {
         runner.prepare(now);
     } else {
         // SAFETY: the loop makes this step and no other one at that time, so the modules that write in turn, which are its
         // own, wait for it; or for the watchdog, which gives it up.
         unsafe { runner.prepare_in_turn(now) };
     }
+    Some(runner.call())
+}
+
+/// Prepares a module that is due, for a step beside others.
+fn prepare_due_beside(seat: &Seat, now: u64, nominal: u64) -> Option<StepCall> {
+    if !is_due(seat, nominal) {
+        return None;
+    }
+    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
+    let runner = unsafe { seat.runner() };
+    runner.log.hold();
+    runner.prepare(now);
     Some(runner.call())
 }
 

@@ -122,6 +122,7 @@ impl StepCall {
     ///
     /// # Safety
     /// The runner was prepared and lives, and nobody else touches its instance and frame during the call.
+    #[inline]
     pub unsafe fn make(self) -> i32 {
         // SAFETY: passed on to the caller.
         unsafe { (self.tick)(self.instance, self.frame) }

@@ -39,6 +39,7 @@ impl Health {
     }
 
     /// Returns the condition.
+    #[inline]
     pub fn condition(&self) -> ModuleCondition {
         ModuleCondition(self.condition.load(Ordering::Relaxed))
     }
@@ -57,6 +58,7 @@ impl Health {
 
 /// Increments a counter that only one thread at a time writes.
 /// It is cheaper than an atomic read-modify-write.
+#[inline]
 pub fn count(counter: &AtomicU64) {
     counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }

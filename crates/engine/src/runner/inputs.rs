@@ -1,7 +1,6 @@
 use slate_blackboard::channel::Latest;
 use slate_blackboard::commit::{CommitWord, pin, pin_both};
 use slate_composition::own::PortName;
-use slate_module::Flags;
 
 use super::{AlignedMemory, Conversions, InputPort, Requirements, Slots};
 
@@ -99,19 +98,10 @@ impl Inputs {
     ///
     /// # Safety
     /// As for [`Latest::refresh_in_turn`].
-    #[inline(always)] // Part of every step.
     pub(super) unsafe fn take_in_turn(&mut self) {
-        // SAFETY: passed on to the caller.
-        unsafe {
-            if self.pins_singly {
-                for reader in &mut self.readers {
-                    reader.refresh_in_turn();
-                }
-            } else {
-                for group in &self.groups {
-                    group.take(&mut self.readers, &mut self.conversions.sources);
-                }
-            }
+        for group in &self.groups {
+            // SAFETY: passed on to the caller.
+            unsafe { group.take(&mut self.readers, &mut self.conversions.sources) };
         }
     }
 
@@ -145,39 +135,26 @@ impl Inputs {
     }
 
     /// Shows the values to the next step.
-    #[inline(always)] // Part of every step.
     pub(super) fn fill(&mut self, slots: &mut Slots, zeros: &AlignedMemory, now: u64) {
         for (input, reader) in self.ports.iter_mut().zip(&self.readers) {
-            let slot = &mut slots[input.slot as usize];
-            let working = input.writer.as_ref().is_none_or(|health| health.is_working());
-            let mut flags = if working && input.is_written { Flags::ALIVE } else { 0 };
-            match reader.value() {
-                Some(loan) => {
-                    let stamp = loan.stamp();
-                    slot.data = loan.as_ptr().cast_mut();
-                    slot.items.set(loan.items());
-                    slot.stamp = stamp;
-                    let (seen, generation) = input.seen;
-                    if input.seen != (stamp.sequence, stamp.generation) {
-                        flags |= Flags::NEW;
-                        if generation == stamp.generation {
-                            input.missed += stamp.sequence.saturating_sub(seen + 1);
-                        }
-                        input.seen = (stamp.sequence, stamp.generation);
-                    }
-                    let old = input.stale_after.is_some_and(|after| now.saturating_sub(stamp.time) > after);
-                    if old || !working {
-                        flags |= Flags::STALE;
-                    }
-                }
-                None => {
-                    slot.data = zeros.as_ptr().cast_mut();
-                    slot.items.set(0);
-                    flags |= Flags::STALE;
-                }
-            }
-            slot.missed = input.missed;
-            slot.flags.set(flags);
+            input.show(reader, &mut slots[input.slot as usize], zeros, now);
+        }
+    }
+
+    /// Takes and shows the newest values of inputs that are pinned singly.
+    /// It is for the loop's only step at that time.
+    ///
+    /// # Safety
+    /// As for [`Latest::refresh_in_turn`].
+    #[inline(always)] // Part of every step.
+    pub(super) unsafe fn show_in_turn(&mut self, slots: &mut Slots, zeros: &AlignedMemory, now: u64) {
+        // Not zipped, which takes two calls where the compiler does not see through them.
+        let mut readers = self.readers.iter_mut();
+        for input in &mut self.ports {
+            let Some(reader) = readers.next() else { break };
+            // SAFETY: passed on to the caller.
+            unsafe { reader.refresh_in_turn() };
+            input.show(reader, &mut slots[input.slot as usize], zeros, now);
         }
     }
 

@@ -108,6 +108,8 @@ pub struct Shortcuts {
     needs_preparation: bool,
     /// True if it has only inputs and outputs, and its steps need nothing else.
     has_only_values: bool,
+    /// True if moreover each input is the value of a property with another writer.
+    is_plain: bool,
     /// True if it has conversions, or inputs pinned at the beginning of a cycle.
     has_conversions: bool,
 }
@@ -239,13 +241,15 @@ impl Runner {
         let has_conversions = !self.inputs.conversions.is_empty() || has_previous;
         let has_services = !self.services.host.is_empty() || !self.services.providers.is_empty();
         let has_slots = !self.frame.slots.is_empty();
+        self.inputs.update_pinning();
+        let has_only_values = self.entries.is_empty() && !has_services && self.shadow.is_none();
         self.shortcuts = Shortcuts {
             is_steady: false,
             needs_preparation: has_slots || has_conversions || has_services || self.shadow.is_some(),
-            has_only_values: self.entries.is_empty() && !has_services && self.shadow.is_none(),
+            has_only_values,
+            is_plain: has_only_values && !has_conversions && self.inputs.pins_singly,
             has_conversions,
         };
-        self.inputs.update_pinning();
     }
 
     /// Pins the early values, those of the last cycle, before the steps of this one.
@@ -270,27 +274,37 @@ impl Runner {
     #[inline]
     pub unsafe fn prepare_in_turn(&mut self, now: u64) {
         // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given up.
-        unsafe { self.inputs.take_in_turn() };
+        unsafe {
+            if self.shortcuts.is_plain {
+                let StepFrame { slots, zeros, .. } = &mut self.frame;
+                self.inputs.show_in_turn(slots, zeros, now);
+                self.outputs.prepare(slots);
+                return self.begin_step(now);
+            }
+            self.inputs.take_in_turn();
+        }
         self.prepare_pinned(now);
     }
 
     /// Fills the frame.
-    #[inline(always)] // As for `commit`.
     fn prepare_pinned(&mut self, now: u64) {
         if self.shortcuts.needs_preparation {
             self.prepare_ports(now);
         }
-        self.params.show(&mut self.frame.frame);
-        self.frame.begin(now, self.schedule.last_tick());
-        self.schedule.tick(now);
-        if !self.shortcuts.has_only_values
-            && let Some(shadow) = &mut self.shadow
-        {
+        self.begin_step(now);
+        if let Some(shadow) = &mut self.shadow {
             shadow.before(&self.frame.frame, &self.frame.slots, self.frame.random());
         }
     }
 
-    #[inline(always)]
+    /// Shows the parameters and the time to the next step, whose ports are prepared.
+    #[inline(always)] // As for `commit`.
+    fn begin_step(&mut self, now: u64) {
+        self.params.show(&mut self.frame.frame);
+        self.frame.begin(now, self.schedule.last_tick());
+        self.schedule.tick(now);
+    }
+
     fn prepare_ports(&mut self, now: u64) {
         if self.shortcuts.has_conversions {
             self.convert();
@@ -352,16 +366,22 @@ impl Runner {
         self.services.release(now);
     }
 
-    /// Counts a step, with its duration in wall-clock ns if measured.
+    /// Adds the duration of a step, wall-clock ns, which is counted next.
     /// It has the weight `stands_for` in the histogram.
+    pub fn measure(&mut self, duration: u64, stands_for: u32) {
+        self.timing.measure(self.status.health(), duration, stands_for);
+    }
+
+    /// Counts a step.
     #[inline]
-    pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
-        if self.timing.count(&self.frame.frame, self.status.health(), duration, stands_for) {
+    pub fn count(&mut self) {
+        if self.timing.count(&self.frame.frame) {
             self.write_timing();
         }
     }
 
     /// Writes `/module/timing`.
+    #[inline(never)]
     fn write_timing(&mut self) {
         let now = self.frame.frame.now;
         self.inputs.publish_ages(&self.frame.slots, now);

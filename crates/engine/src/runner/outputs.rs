@@ -70,11 +70,16 @@ impl Outputs {
             self.commit.end();
         }
         // Only now, as a reader that wakes up wants all outputs of this tick.
-        for output in self.ports.iter().filter(|_| is_awaited) {
-            if slots[output.slot].flags.get() & Flags::SET != 0 {
-                output.wakes.iter().for_each(|wake| wake.notify(1));
-            }
+        if is_awaited {
+            self.wake_readers(slots);
         }
+    }
+
+    /// Wakes the threads that wait for the outputs of a step.
+    #[inline(never)] // Few outputs are awaited.
+    fn wake_readers(&self, slots: &Slots) {
+        let written = self.ports.iter().filter(|output| slots[output.slot].flags.get() & Flags::SET != 0);
+        written.flat_map(|output| &output.wakes).for_each(|wake| wake.notify(1));
     }
 
     /// Publishes the safe values of all outputs, and ends their commands.

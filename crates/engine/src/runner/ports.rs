@@ -2,11 +2,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_blackboard::Property;
-use slate_blackboard::channel::{QueueReader, SetAside, Writer};
+use slate_blackboard::channel::{Latest, QueueReader, SetAside, Writer};
 use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::message::{ABANDONED, Receiver, Sender, Status, Ticket};
 use slate_blackboard::wake::Wake;
-use slate_module::{Delivery, Entry};
+use slate_module::{Delivery, Entry, Flags, PortSlot};
 
 use super::Health;
 use crate::actuators::Actuator;
@@ -38,6 +38,43 @@ pub struct InputPort {
     pub missed: u64,
     /// Age of the value in the last measured step, for other threads.
     pub age: Arc<InputAge>,
+}
+
+impl InputPort {
+    /// Shows the value of its reader to the step at `now`, ns.
+    /// Without a value, it shows `zeros`.
+    #[inline(always)] // Part of every step.
+    pub fn show(&mut self, reader: &Latest, slot: &mut PortSlot, zeros: &AlignedMemory, now: u64) {
+        let is_working = self.writer.as_ref().is_none_or(|health| health.is_working());
+        let mut flags = if is_working && self.is_written { Flags::ALIVE } else { 0 };
+        match reader.value() {
+            Some(loan) => {
+                let stamp = loan.stamp();
+                slot.data = loan.as_ptr().cast_mut();
+                slot.items.set(loan.items());
+                slot.stamp = stamp;
+                let (seen, generation) = self.seen;
+                if self.seen != (stamp.sequence, stamp.generation) {
+                    flags |= Flags::NEW;
+                    if generation == stamp.generation {
+                        self.missed += stamp.sequence.saturating_sub(seen + 1);
+                    }
+                    self.seen = (stamp.sequence, stamp.generation);
+                }
+                let is_old = self.stale_after.is_some_and(|after| now.saturating_sub(stamp.time) > after);
+                if is_old || !is_working {
+                    flags |= Flags::STALE;
+                }
+            }
+            None => {
+                slot.data = zeros.as_ptr().cast_mut();
+                slot.items.set(0);
+                flags |= Flags::STALE;
+            }
+        }
+        slot.missed = self.missed;
+        slot.flags.set(flags);
+    }
 }
 
 /// Age of a value when its reader receives it, ns of the agent's time.

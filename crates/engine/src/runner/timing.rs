@@ -50,26 +50,23 @@ impl StepTiming {
         self.histogram.take().map(|writer| *writer)
     }
 
-    /// Counts a step, with its duration in wall-clock ns if measured.
-    /// It has the weight `stands_for` in the histogram. True if it is time to [show](StepTiming::show) the timing.
-    #[inline]
-    pub(super) fn count(
-        &mut self,
-        frame: &Frame,
-        health: &Health,
-        duration: Option<u64>,
-        stands_for: u32,
-    ) -> bool {
-        let measured = &mut self.measured;
-        if let Some(duration) = duration {
-            if stands_for > 0 {
-                health.histogram.record(duration, stands_for);
-            }
-            measured.longest = measured.longest.max(duration);
-            if self.deadline.is_some_and(|deadline| duration > deadline) {
-                count(&health.misses);
-            }
+    /// Adds the duration of a step, wall-clock ns.
+    /// It has the weight `stands_for` in the histogram.
+    pub(super) fn measure(&mut self, health: &Health, duration: u64, stands_for: u32) {
+        if stands_for > 0 {
+            health.histogram.record(duration, stands_for);
         }
+        self.measured.longest = self.measured.longest.max(duration);
+        if self.deadline.is_some_and(|deadline| duration > deadline) {
+            count(&health.misses);
+        }
+    }
+
+    /// Counts a step.
+    /// True if it is time to [show](StepTiming::show) the timing.
+    #[inline]
+    pub(super) fn count(&mut self, frame: &Frame) -> bool {
+        let measured = &mut self.measured;
         let period = frame.elapsed;
         if frame.number > 2 {
             measured.jitter = measured.jitter.max(period.abs_diff(measured.period));
