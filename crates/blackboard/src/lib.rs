@@ -20,8 +20,8 @@ mod url;
 pub mod wake;
 
 pub use board::{
-    Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Placement, Property, Setter,
-    SettingsCounter, Store, Taps, Watch, Watchers, Watching,
+    Access, AddressEntry, AddressSpace, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError,
+    Placement, Property, Setter, SettingsCounter, Store, Taps, Watch, Watchers, Watching,
 };
 pub use channel::Channel;
 pub use nearest::{nearest_names, nearest_paths};

@@ -1,12 +1,13 @@
+mod address_space;
 mod error;
 mod events;
 mod pattern;
 mod property;
 
-use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, OnceLock, PoisonError};
 
+pub use address_space::{AddressEntry, AddressSpace};
 pub use error::BoardError;
 pub use events::{Event, Observer, SettingsCounter};
 pub use pattern::{Pattern, PatternError};
@@ -15,7 +16,6 @@ pub use property::{Access, Carrier, Property, Setter, Watch, Watchers, Watching}
 use crate::channel::{Budget, Channel, FrozenValue, ValueMemory};
 use crate::interface::{Descriptor, FieldPath, Value, View, find};
 use crate::message::{Mailbox, Tap};
-use crate::nearest::nearest_paths;
 use crate::sync::RwLock;
 use crate::wake::Wake;
 use crate::{Stamp, Url};
@@ -48,14 +48,7 @@ impl std::fmt::Debug for TapsCell {
     }
 }
 
-type BoardEntries = BTreeMap<String, BoardEntry>;
-
-#[derive(Clone, Debug)]
-enum BoardEntry {
-    Property(Arc<Property>),
-    /// Linked input: the URL of the property that it reads, which may name a field.
-    Alias(String),
-}
+type BoardEntries = AddressSpace<Arc<Property>>;
 
 /// Entry to be put at a path.
 #[derive(Clone, Debug)]
@@ -87,7 +80,7 @@ impl Board {
     pub fn new(agent: &str) -> Self {
         Self {
             agent: agent.into(),
-            entries: RwLock::new(BoardEntries::new()),
+            entries: RwLock::new(BoardEntries::default()),
             observers: Arc::new(Observers::new()),
             taps: TapsCell::default(),
         }
@@ -192,17 +185,19 @@ impl Board {
         let mut entries = self.entries_mut();
         for placement in placements {
             let (path, entry) = match placement {
-                Placement::Property(property) => (property.path().to_owned(), BoardEntry::Property(property)),
-                Placement::Alias { path, target } => (path, BoardEntry::Alias(target)),
+                Placement::Property(property) => {
+                    (property.path().to_owned(), AddressEntry::Property(property))
+                }
+                Placement::Alias { path, target } => (path, AddressEntry::Alias(target)),
             };
-            if let Some(BoardEntry::Property(old)) = entries.get(&path) {
+            if let Some(AddressEntry::Property(old)) = entries.entry(&path) {
                 old.source().vanish();
                 gone.push(Arc::clone(old));
             }
-            if let BoardEntry::Property(new) = &entry {
+            if let AddressEntry::Property(new) = &entry {
                 new.source().appear();
             }
-            entries.insert(path, entry);
+            entries.place(path, entry);
         }
         // Their last owner drops handles, which must not happen under the lock.
         drop(entries);
@@ -234,11 +229,7 @@ impl Board {
 
     fn add(&self, property: Arc<Property>) -> Result<Arc<Property>, BoardError> {
         let mut entries = self.entries_mut();
-        let path = property.path();
-        if entries.contains_key(path) {
-            return Err(BoardError::Exists { url: format!("/{path}") });
-        }
-        entries.insert(property.path().into(), BoardEntry::Property(Arc::clone(&property)));
+        entries.add(property.path(), AddressEntry::Property(Arc::clone(&property)))?;
         // Nobody finds it before the lock is released, so nothing happens to it before it has appeared.
         property.source().appear();
         Ok(property)
@@ -249,12 +240,7 @@ impl Board {
     /// # Errors
     /// When the path is taken.
     pub fn add_alias(&self, path: &str, target: &str) -> Result<(), BoardError> {
-        let mut entries = self.entries_mut();
-        if entries.contains_key(path) {
-            return Err(BoardError::Exists { url: format!("/{path}") });
-        }
-        entries.insert(path.into(), BoardEntry::Alias(target.into()));
-        Ok(())
+        self.entries_mut().add(path, AddressEntry::Alias(target.into()))
     }
 
     /// Redirects the alias `path` to `target`, and returns its former target.
@@ -262,12 +248,7 @@ impl Board {
     /// # Errors
     /// When nothing is there, or a property.
     pub fn replace_alias(&self, path: &str, target: &str) -> Result<String, BoardError> {
-        let mut entries = self.entries_mut();
-        match entries.get_mut(path) {
-            Some(BoardEntry::Alias(old)) => Ok(std::mem::replace(old, target.into())),
-            Some(BoardEntry::Property(_)) => Err(BoardError::Exists { url: format!("/{path}") }),
-            None => Err(unknown(path, &entries)),
-        }
+        self.entries_mut().replace_alias(path, target)
     }
 
     /// Removes the property or the alias at exactly that path.
@@ -278,17 +259,13 @@ impl Board {
     /// When nothing is there.
     pub fn remove(&self, path: &str) -> Result<(), BoardError> {
         let mut entries = self.entries_mut();
-        match entries.remove(path) {
-            Some(BoardEntry::Property(property)) => {
-                // Before the path is free, so that this comes before the next one appears.
-                property.source().vanish();
-                // Its last owner drops handles, which must not happen under the lock.
-                drop(entries);
-                Ok(())
-            }
-            Some(BoardEntry::Alias(_)) => Ok(()),
-            None => Err(unknown(path, &entries)),
+        if let AddressEntry::Property(property) = entries.remove(path)? {
+            // Before the path is free, so that this comes before the next one appears.
+            property.source().vanish();
+            // Its last owner drops handles, which must not happen under the lock.
+            drop(entries);
         }
+        Ok(())
     }
 
     /// Counts the changes of the properties that the host sets.
@@ -321,14 +298,13 @@ impl Board {
     /// # Errors
     /// [`BoardError::Unknown`] with the nearest names.
     pub fn find(&self, path: &str) -> Result<(Arc<Property>, String), BoardError> {
-        let entries = self.entries();
-        look_up(path, &entries).map_err(|path| unknown(&path, &entries))
+        self.entries().find(path).map(|(property, field)| (Arc::clone(property), field))
     }
 
     /// Returns a property as [`find`](Board::find); `None` if it is missing.
     /// It does not search for similar names.
     pub fn get(&self, path: &str) -> Option<(Arc<Property>, String)> {
-        look_up(path, &self.entries()).ok()
+        self.entries().get(path).map(|(property, field)| (Arc::clone(property), field))
     }
 
     /// Returns the property of a URL of this agent, and the field that it names.
@@ -404,29 +380,17 @@ impl Board {
     }
 
     fn filtered(&self, wanted: impl Fn(&Property) -> bool) -> Vec<Arc<Property>> {
-        let entries = self.entries();
-        let properties = entries.values().filter_map(|entry| match entry {
-            BoardEntry::Property(property) => Some(property),
-            BoardEntry::Alias(_) => None,
-        });
-        properties.filter(|property| wanted(property)).cloned().collect()
+        self.entries().properties().filter(|property| wanted(property)).cloned().collect()
     }
 
     /// Returns all linked inputs with the paths that they read.
     pub fn aliases(&self) -> Vec<(String, String)> {
         let entries = self.entries();
-        entries
-            .iter()
-            .filter_map(|(path, entry)| match entry {
-                BoardEntry::Alias(target) => Some((path.clone(), target.clone())),
-                BoardEntry::Property(_) => None,
-            })
-            .collect()
+        entries.aliases().map(|(path, target)| (path.to_owned(), target.to_owned())).collect()
     }
 }
 
-/// Returns the property at a path and the rest of the path.
-/// If it is missing, returns the path to which aliases lead.
+/// Returns the value in these bytes, or a field of it.
 fn value(
     descriptor: &'static Descriptor,
     bytes: &[u8],
@@ -437,37 +401,5 @@ fn value(
     match field_path {
         None => Some(view.value()),
         Some(field_path) => view.at(field_path),
-    }
-}
-
-fn look_up(path: &str, entries: &BoardEntries) -> Result<(Arc<Property>, String), String> {
-    let mut path = path.to_owned();
-    // An alias leads to a property, not to another alias, but an application may chain them by mistake.
-    for _ in 0..8 {
-        let mut end = path.len();
-        loop {
-            match entries.get(&path[..end]) {
-                Some(BoardEntry::Property(property)) => {
-                    let field = path[end..].trim_start_matches('/').to_owned();
-                    return Ok((Arc::clone(property), field));
-                }
-                Some(BoardEntry::Alias(target)) => {
-                    path = format!("{target}{}", &path[end..]);
-                    break;
-                }
-                None => match path[..end].rfind('/') {
-                    Some(slash) => end = slash,
-                    None => return Err(path),
-                },
-            }
-        }
-    }
-    Err(path)
-}
-
-fn unknown(path: &str, entries: &BoardEntries) -> BoardError {
-    BoardError::Unknown {
-        url: format!("/{path}"),
-        near: nearest_paths(path, '/', entries.keys().map(String::as_str)),
     }
 }
