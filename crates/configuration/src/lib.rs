@@ -91,7 +91,7 @@ pub use external::{ExternalDirection, ExternalLink, ExternalUrl};
 pub use inferred::InferredLink;
 pub use layered::Layered;
 pub use levels::Levels;
-pub use mistake::{Message, Mistake};
+pub use mistake::{EXPLANATIONS, Explanation, Message, Mistake};
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
     LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity,

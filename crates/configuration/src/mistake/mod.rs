@@ -1,12 +1,17 @@
 //! Kinds of mistakes.
 //! Each has a stable code for look-ups, however its message is worded.
 
+mod explanations;
+
 use std::fmt;
 
 use slate_blackboard::BoardError;
 use slate_blackboard::interface::AccessError;
 
-/// Kind of a mistake; `slate explain` explains each.
+pub use explanations::{EXPLANATIONS, Explanation};
+
+/// Kind of a mistake.
+/// Each has a code and an entry of [`EXPLANATIONS`], which `slate explain` prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mistake {
     /// Text that can't be read as a configuration.
@@ -171,6 +176,11 @@ impl Mistake {
         Self::ALL.into_iter().find(|mistake| mistake.code().eq_ignore_ascii_case(code))
     }
 
+    /// Returns the explanation of the kind.
+    pub fn explanation(self) -> Option<&'static Explanation> {
+        EXPLANATIONS.iter().find(|explanation| explanation.mistake == self)
+    }
+
     /// Makes a message of this kind.
     pub fn of(self, text: impl Into<String>) -> Message {
         Message { text: text.into(), mistake: Some(self) }
@@ -216,5 +226,22 @@ impl From<&BoardError> for Message {
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_has_a_code_and_an_explanation_of_its_own() {
+        for (mistake, explanation) in Mistake::ALL.into_iter().zip(EXPLANATIONS) {
+            assert_eq!(explanation.mistake, mistake, "the order of the explanations");
+            assert!(explanation.text.len() > 60, "{}", mistake.code());
+            assert_eq!(mistake.explanation().map(|own| own.title), Some(explanation.title));
+            assert_eq!(Mistake::from_code(&mistake.code().to_lowercase()), Some(mistake));
+        }
+        assert_eq!(EXPLANATIONS.len(), Mistake::ALL.len());
+        assert!(Mistake::ALL.is_sorted_by_key(|mistake| mistake.code()));
     }
 }

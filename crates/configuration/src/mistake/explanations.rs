@@ -1,15 +1,19 @@
 //! Explanations of the error codes, which stay the same from release to release.
 
-use slate::runtime::Mistake;
+use super::Mistake;
 
 /// Explanation of a kind of mistake.
+#[derive(Clone, Copy, Debug)]
 pub struct Explanation {
+    /// Kind.
     pub mistake: Mistake,
+    /// Title, without a full stop.
     pub title: &'static str,
+    /// Cause and remedy, in paragraphs.
     pub text: &'static str,
 }
 
-/// Explanations of the codes.
+/// Explanations of the codes, in their order.
 pub const EXPLANATIONS: [Explanation; 36] = [
     Explanation {
         mistake: Mistake::Syntax,
