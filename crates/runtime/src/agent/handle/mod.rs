@@ -17,6 +17,8 @@ pub(super) use recorder::{ChangeRecorder, by_module};
 use slate_engine::main_loop::SharedLoop;
 
 /// Running agent with its composition and its recorder.
+/// It is for operations that lock the composition. What works on a locked composition takes that and the loop instead, so
+/// it can't lock it twice; what follows the agent from outside takes a narrow trait, such as `SharingAgent`.
 #[derive(Clone)]
 pub(super) struct AgentHandle {
     pub shared: Arc<SharedLoop>,

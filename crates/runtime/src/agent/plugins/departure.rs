@@ -5,18 +5,18 @@ use std::sync::Arc;
 
 use super::PluginError;
 use crate::agent::composition::Composition;
-use crate::agent::handle::AgentHandle;
 use crate::aspects::Closed;
+use slate_engine::main_loop::SharedLoop;
 
 /// Departure of modules whose code is unloaded.
 pub(super) struct Departure<'c> {
-    agent: &'c AgentHandle,
+    shared: &'c Arc<SharedLoop>,
     modules: &'c [String],
 }
 
 impl<'c> Departure<'c> {
-    pub fn new(agent: &'c AgentHandle, modules: &'c [String]) -> Self {
-        Self { agent, modules }
+    pub fn new(shared: &'c Arc<SharedLoop>, modules: &'c [String]) -> Self {
+        Self { shared, modules }
     }
 
     /// Checks that the modules may be unloaded now.
@@ -29,7 +29,7 @@ impl<'c> Departure<'c> {
         for module in self.modules {
             let loaded = &composition.assembly.modules[module];
             let (own, seat) = (loaded.own_thread, Arc::clone(&loaded.seat));
-            let veto = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+            let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                     let runner = unsafe { seat.runner() };

@@ -8,8 +8,7 @@ use super::departure::Departure;
 use super::version::PluginVersion;
 use super::{CarriedStates, PluginError};
 use crate::agent::composition::Composition;
-use crate::agent::handle::AgentHandle;
-use slate_engine::main_loop::Seat;
+use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_engine::runner::Retired;
 
 /// Module that gets new code.
@@ -28,12 +27,12 @@ pub(super) struct ExchangedCode {
 
 /// Exchange of modules' code.
 pub(super) struct CodeExchange<'c> {
-    agent: &'c AgentHandle,
+    shared: &'c Arc<SharedLoop>,
 }
 
 impl<'c> CodeExchange<'c> {
-    pub fn new(agent: &'c AgentHandle) -> Self {
-        Self { agent }
+    pub fn new(shared: &'c Arc<SharedLoop>) -> Self {
+        Self { shared }
     }
 
     /// Exchanges the code of modules with that of a version of their plugin.
@@ -43,7 +42,7 @@ impl<'c> CodeExchange<'c> {
         modules: &[String],
         version: &mut PluginVersion<'_>,
     ) -> Result<CarriedStates, PluginError> {
-        let _closed = Departure::new(self.agent, modules).end_threads(composition)?;
+        let _closed = Departure::new(self.shared, modules).end_threads(composition)?;
         let mut exchanges = Vec::new();
         for module in modules {
             let Some(fresh) = version.fresh(composition, module)? else { continue };
@@ -62,7 +61,7 @@ impl<'c> CodeExchange<'c> {
         for group in groups.filter(|group| !group.is_empty()) {
             let own_thread = group[0].own_thread;
             let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
-            let result = self.agent.shared.with_seats(&seats, own_thread, move || exchange_all(group));
+            let result = self.shared.with_seats(&seats, own_thread, move || exchange_all(group));
             let Some((carried, old)) = result else {
                 let module = seats.iter().find(|seat| !seat.is_idle()).map(|seat| seat.name.to_string());
                 done.into_iter().rev().for_each(|exchanged| self.take_back(exchanged));
@@ -81,14 +80,14 @@ impl<'c> CodeExchange<'c> {
     pub fn take_back(&self, exchanged: ExchangedCode) {
         let ExchangedCode { seats, own_thread, old } = exchanged;
         let involved = seats.clone();
-        let back = self.agent.shared.with_seats(&seats, own_thread, move || {
+        let back = self.shared.with_seats(&seats, own_thread, move || {
             Some(involved.iter().zip(old).map(|(seat, old)| exchange_one(seat, old)).collect::<Vec<_>>())
         });
         if back.is_none() {
             let names: Vec<_> = seats.iter().map(|seat| &*seat.name).collect();
             let text =
                 format!("{} can't go back to the old code, as a call does not return", names.join(", "));
-            self.agent.shared.logger.log(self.agent.shared.clock.now(), Level::Error, &text);
+            self.shared.logger.log(self.shared.clock.now(), Level::Error, &text);
         }
     }
 }

@@ -193,7 +193,7 @@ impl<'c> PluginLoader<'c> {
         let leaving = composition.modules_of(&names);
         let unload = Change::Unload { name: name.into() };
         let _closed = self.agent.recorder.make(vec![unload], || -> Result<_, PluginError> {
-            let departure = Departure::new(self.agent, &leaving);
+            let departure = Departure::new(&self.agent.shared, &leaving);
             departure.ask(&composition)?;
             let mut target =
                 composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
@@ -203,7 +203,7 @@ impl<'c> PluginLoader<'c> {
             let closed = departure.end_threads(&composition)?;
             // New code beside a module ends with it.
             for name in &names {
-                ModuleTrials::new(self.agent).end(&mut composition, name);
+                ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
             }
             // What left is dropped before the libraries are looked at.
             drop(composition.change(target, &self.agent.shared, &ModuleStates::new())?);

@@ -39,7 +39,7 @@ impl<'c> Reloader<'c> {
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
-        let mut version = PluginVersion::admit(self.agent, &composition, new)?;
+        let mut version = PluginVersion::admit(&self.agent.shared, &composition, new)?;
         let modules = composition.modules_of(&[name.to_owned()]);
         let in_place = modules.iter().all(|module| version.is_alike(&composition, module));
         version.try_arrivals(&composition)?;
@@ -53,16 +53,19 @@ impl<'c> Reloader<'c> {
         let change = Change::Reload { plugin: name.into(), file: file.clone(), hash };
         let modules = self.agent.recorder.make(vec![change], || -> Result<CarriedStates, PluginError> {
             if in_place {
-                let modules =
-                    CodeExchange::new(self.agent).exchange(&mut composition, &modules, &mut version)?;
-                ModuleTrials::new(self.agent).end(&mut composition, name);
+                let modules = CodeExchange::new(&self.agent.shared).exchange(
+                    &mut composition,
+                    &modules,
+                    &mut version,
+                )?;
+                ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
                 version.take_in(&mut composition)?;
                 Ok(modules)
             } else {
-                Departure::new(self.agent, &modules).ask(&composition)?;
+                Departure::new(&self.agent.shared, &modules).ask(&composition)?;
                 // While they are away nothing may miss them; found out before anything is ended for it.
                 composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
-                ModuleTrials::new(self.agent).end(&mut composition, name);
+                ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
                 let resources = &mut composition.assembly.resources;
                 resources.kept = resources.settings(&modules);
                 let replaced = self.replace(&mut composition, &modules, &old, &version.plugin);
@@ -92,7 +95,7 @@ impl<'c> Reloader<'c> {
         old: &Plugin,
         new: &Plugin,
     ) -> Result<CarriedStates, PluginError> {
-        let _closed = Departure::new(self.agent, modules).end_threads(composition)?;
+        let _closed = Departure::new(&self.agent.shared, modules).end_threads(composition)?;
         let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
         without.keep = true;
         let states = composition.change(without, &self.agent.shared, &ModuleStates::new())?.left;

@@ -52,7 +52,7 @@ impl<'c> ShadowRunner<'c> {
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
-        let version = PluginVersion::admit(self.agent, &composition, new)?;
+        let version = PluginVersion::admit(&self.agent.shared, &composition, new)?;
         let mut ready = Vec::new();
         for module in modules {
             let Some(fitting) = version.modules.get(&module) else { continue };
@@ -63,7 +63,7 @@ impl<'c> ShadowRunner<'c> {
         }
         let origin = LibraryOrigin { file: file.into(), residence };
         let mut trial = PluginTrial { plugin: version.plugin.clone(), origin, modules: Vec::new() };
-        let trials = ModuleTrials::new(self.agent);
+        let trials = ModuleTrials::new(&self.agent.shared);
         for (module, description, code) in ready {
             if let Err(error) = trials.begin(&composition, name, &module, description, code) {
                 trials.end_one(&composition, &trial);
@@ -80,7 +80,7 @@ impl<'c> ShadowRunner<'c> {
     /// Ends the shadow of a plugin; the old code stays.
     pub fn end_shadow(&self, name: &str) -> Result<(), PluginError> {
         let mut composition = self.agent.composition();
-        if ModuleTrials::new(self.agent).end(&mut composition, name) {
+        if ModuleTrials::new(&self.agent.shared).end(&mut composition, name) {
             Ok(())
         } else {
             Err(alone(&composition, name))
@@ -95,9 +95,9 @@ impl<'c> ShadowRunner<'c> {
         let trial = composition.plugins.trials.get(name).ok_or_else(|| alone(&composition, name))?;
         let (plugin, origin, modules) = (trial.plugin.clone(), trial.origin.clone(), trial.modules.clone());
         // Other plugins may have come since it began.
-        let mut version = PluginVersion::admit(self.agent, &composition, plugin)?;
+        let mut version = PluginVersion::admit(&self.agent.shared, &composition, plugin)?;
         version.try_arrivals(&composition)?;
-        let trials = ModuleTrials::new(self.agent);
+        let trials = ModuleTrials::new(&self.agent.shared);
         let (threaded, on_loop): (Vec<_>, Vec<_>) = modules
             .iter()
             .map(|module| &composition.assembly.modules[module])
@@ -114,7 +114,7 @@ impl<'c> ShadowRunner<'c> {
                     if !done.is_empty() {
                         done.into_iter()
                             .rev()
-                            .for_each(|exchanged| CodeExchange::new(self.agent).take_back(exchanged));
+                            .for_each(|exchanged| CodeExchange::new(&self.agent.shared).take_back(exchanged));
                         // Some of it is no longer beside its module.
                         trials.end(&mut composition, name);
                     }

@@ -5,14 +5,13 @@ use std::time::Duration;
 
 use slate_blackboard::channel::Budget;
 use slate_blackboard::{Access, Store};
-use slate_module::{Description, Interface};
+use slate_module::{Description, Interface, Level};
 
 use super::PluginError;
 use super::exchange::{ExchangedCode, exchange_one};
 use crate::agent::composition::{Composition, PluginTrial};
-use crate::agent::handle::AgentHandle;
 use slate_engine::clock::monotonic;
-use slate_engine::main_loop::Seat;
+use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_engine::runner::{Retired, Shadow, ShadowState};
 
 /// Time limit for a shadow to catch up with its steps, and to end.
@@ -27,12 +26,12 @@ const MOMENT: u64 = 500_000;
 
 /// Shadows of modules.
 pub(super) struct ModuleTrials<'c> {
-    agent: &'c AgentHandle,
+    shared: &'c Arc<SharedLoop>,
 }
 
 impl<'c> ModuleTrials<'c> {
-    pub fn new(agent: &'c AgentHandle) -> Self {
-        Self { agent }
+    pub fn new(shared: &'c Arc<SharedLoop>) -> Self {
+        Self { shared }
     }
 
     /// Starts a shadow of a module.
@@ -49,10 +48,10 @@ impl<'c> ModuleTrials<'c> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 16, queues: 4, window: 16 } };
         let doc = "Comparison of new code beside this module with it.";
         let property =
-            self.agent.shared.board.add_channel(&path, doc, ShadowState::DESCRIPTOR, store, Access::Output);
+            self.shared.board.add_channel(&path, doc, ShadowState::DESCRIPTOR, store, Access::Output);
         let property = property.map_err(|error| failed(&error))?;
         let writer = property.channel().and_then(|channel| channel.writer().ok());
-        let log = self.agent.shared.logger.module(&Arc::from(path.as_str()), false, &self.agent.shared.clock);
+        let log = self.shared.logger.module(&Arc::from(path.as_str()), false, &self.shared.clock);
         let shadow = match (writer, log) {
             (Some(writer), Some(log)) => {
                 Shadow::start(module, description, code, writer, log).map_err(|error| failed(&error))
@@ -62,7 +61,7 @@ impl<'c> ModuleTrials<'c> {
         let begun = shadow.and_then(|shadow| {
             let loaded = &composition.assembly.modules[module];
             let (own, seat) = (loaded.own_thread, Arc::clone(&loaded.seat));
-            let begun = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+            let begun = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                     let runner = unsafe { seat.runner() };
@@ -84,7 +83,7 @@ impl<'c> ModuleTrials<'c> {
         match begun {
             Ok(carried) => {
                 if let Err(reason) = carried {
-                    self.agent.say(&format!("the new code beside {module} begins afresh: {reason}"));
+                    self.say(&format!("the new code beside {module} begins afresh: {reason}"));
                 }
                 Ok(())
             }
@@ -105,7 +104,7 @@ impl<'c> ModuleTrials<'c> {
         let mut waited = Duration::ZERO;
         loop {
             let involved = seats.clone();
-            match self.agent.shared.with_seats(&seats, own_thread, move || Some(exchange_all(&involved))) {
+            match self.shared.with_seats(&seats, own_thread, move || Some(exchange_all(&involved))) {
                 Some(Ok(pairs)) => {
                     let (old, shadows): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
                     shadows.into_iter().for_each(|shadow| shadow.end(TIMEOUT));
@@ -136,15 +135,19 @@ impl<'c> ModuleTrials<'c> {
     pub fn end(&self, composition: &mut Composition, name: &str) -> bool {
         let Some(trial) = composition.plugins.trials.remove(name) else { return false };
         self.end_one(composition, &trial);
-        self.agent.say(&format!("plugin {name} runs alone again"));
+        self.say(&format!("plugin {name} runs alone again"));
         true
+    }
+
+    fn say(&self, text: &str) {
+        self.shared.logger.log(self.shared.clock.now(), Level::Info, text);
     }
 
     pub fn end_one(&self, composition: &Composition, trial: &PluginTrial) {
         for module in &trial.modules {
             let Some(loaded) = composition.assembly.modules.get(module) else { continue };
             let seat = Arc::clone(&loaded.seat);
-            let shadow = self.agent.shared.with_seats(&[Arc::clone(&seat)], loaded.own_thread, move || {
+            let shadow = self.shared.with_seats(&[Arc::clone(&seat)], loaded.own_thread, move || {
                 // SAFETY: between two steps the runner is not in use.
                 Some(unsafe { seat.runner() }.shadow.take())
             });
@@ -158,7 +161,7 @@ impl<'c> ModuleTrials<'c> {
 
     pub fn free_path(&self, module: &str) {
         // It may have gone with its module.
-        let _ = self.agent.shared.board.remove(&path_of(module));
+        let _ = self.shared.board.remove(&path_of(module));
     }
 }
 

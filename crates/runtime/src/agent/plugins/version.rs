@@ -10,13 +10,13 @@ use super::PluginError;
 use super::gather::check_kinds;
 use crate::agent::assembly::ModuleStates;
 use crate::agent::composition::{Composition, Fitting};
-use crate::agent::handle::AgentHandle;
 use slate_composition::Catalogue;
+use slate_engine::main_loop::SharedLoop;
 use slate_engine::runner::Retired;
 
 /// Version of a plugin that fits the agent.
 pub(super) struct PluginVersion<'c> {
-    agent: &'c AgentHandle,
+    shared: &'c Arc<SharedLoop>,
     pub plugin: Plugin,
     /// Modules that the agent has with this version.
     pub modules: BTreeMap<String, Fitting>,
@@ -25,7 +25,7 @@ pub(super) struct PluginVersion<'c> {
 impl<'c> PluginVersion<'c> {
     /// Checks a version, and finds the modules that the agent has with it.
     pub fn admit(
-        agent: &'c AgentHandle,
+        shared: &'c Arc<SharedLoop>,
         composition: &Composition,
         plugin: Plugin,
     ) -> Result<Self, PluginError> {
@@ -39,7 +39,7 @@ impl<'c> PluginVersion<'c> {
         }
         check_circle(&others.catalogue, &plugin, &mut vec![name.to_owned()])?;
         let modules = composition.check(&composition.target(|catalogue| catalogue.replace(&plugin)))?;
-        Ok(Self { agent, plugin, modules })
+        Ok(Self { shared, plugin, modules })
     }
 
     /// Returns true if a module can keep its handles.
@@ -62,7 +62,7 @@ impl<'c> PluginVersion<'c> {
         let target = composition.target(|catalogue| catalogue.replace(&self.plugin));
         composition.catalogue = target.catalogue;
         let target = composition.target(|_| {});
-        composition.change(target, &self.agent.shared, &ModuleStates::new())?;
+        composition.change(target, self.shared, &ModuleStates::new())?;
         Ok(())
     }
 
@@ -70,7 +70,7 @@ impl<'c> PluginVersion<'c> {
     /// It has the module's present parameters if they fit. `None` for a module that this version lacks.
     pub fn fresh(&self, composition: &Composition, module: &str) -> Result<Option<Retired>, PluginError> {
         let Some(fitting) = self.modules.get(module) else { return Ok(None) };
-        let property = self.agent.board().get(&format!("{module}/params"));
+        let property = self.shared.board.get(&format!("{module}/params"));
         let property =
             property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
         let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
