@@ -10,25 +10,21 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::json;
-use slate::blackboard::Board;
 use slate::control::OpenError;
 use slate::module::Plugin;
 use slate::record::{UnmatchedPattern, unmatched_patterns};
 use slate::runtime::composition::{
-    Catalogue, DescribedLimits, Survey, Wired, described_limits, unlinked_warnings,
+    Catalogue, CheckedComposition, DescribedLimits, Survey, Wired, described_limits, unlinked_warnings,
 };
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate::runtime::{Mistake, StartError};
-use slate_run::{
-    Application, Observation, check_bridges, check_console, check_dds, check_groot, check_network,
-    check_ros1, check_ros2,
-};
+use slate_run::{Application, check_tables};
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::offline::{NO_LOG_SETTINGS, catalogue, load};
-use crate::{complete, output, scene};
+use crate::offline::{self, catalogue};
+use crate::{complete, output};
 use findings::Findings;
 
 #[derive(Debug, Args)]
@@ -135,8 +131,7 @@ fn check_agent(
     counts: &mut CompositionCounts,
 ) -> Result<(), Failure> {
     let find = |more: Option<String>| {
-        let sets =
-            NO_LOG_SETTINGS.map(String::from).into_iter().chain(options.set.clone()).chain(more).collect();
+        let sets = options.set.iter().cloned().chain(more).collect();
         examples::find(&options.name, agent, Vec::new(), sets, options.host.as_deref())
     };
     let application = match find(None).map_err(as_report) {
@@ -228,31 +223,23 @@ struct CheckedConfiguration {
     warnings: Vec<Diagnostic>,
 }
 
-/// Checks the whole configuration, then creates its agent.
-/// Only an agent knows whether its modules can be set up, the contents of its files, and the properties on its
-/// blackboard.
+/// Checks the whole configuration, with the parts of this program.
+/// It makes no agent, and opens nothing.
 fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     let configuration = &application.configuration;
     let catalogue = catalogue(application)?;
     let wired = Wired::new(configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue)?;
-    let agent = load(application)?;
+    let composition = wired.composition(&catalogue)?;
+    offline::check(&composition, &catalogue)?;
     reach(configuration)?;
-    Observation::new(configuration, agent.board())?;
-    scene::of(configuration)?;
-    check_bridges(configuration)?;
-    check_console(configuration)?;
-    check_network(&agent)?;
-    check_dds(&agent)?;
-    check_groot(&agent)?;
-    check_ros1(&agent)?;
-    check_ros2(&agent)?;
-    let mut warnings = unused(configuration, &catalogue, &survey);
-    warnings.extend(unlinked_warnings(wired.configuration(), &survey));
-    warnings.extend(unrecorded(configuration, agent.board()));
+    check_tables(&composition)?;
+    let survey = composition.survey();
+    let mut warnings = unused(configuration, &catalogue, survey);
+    warnings.extend(unlinked_warnings(wired.configuration(), survey));
+    warnings.extend(unrecorded(configuration, &composition));
     let links = wired.configuration().links().len() + configuration.external_links().len();
     let gates = wired.configuration().actuators().iter();
-    let limits = gates.filter_map(|gate| Some(GateLimits::of(&gate.name, described_limits(&survey, gate)?)));
+    let limits = gates.filter_map(|gate| Some(GateLimits::of(&gate.name, described_limits(survey, gate)?)));
     let limits = limits.collect();
     Ok(CheckedConfiguration { links, limits, warnings })
 }
@@ -281,11 +268,11 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
 }
 
 /// Returns warnings for recorded properties that do not exist.
-fn unrecorded(configuration: &Configuration, board: &Board) -> Vec<Diagnostic> {
+fn unrecorded(configuration: &Configuration, composition: &CheckedComposition<'_>) -> Vec<Diagnostic> {
     let warn = |own: UnmatchedPattern| {
         let setting = configuration.value(own.setting)?;
         let message = Mistake::Unrecorded.of(own.to_string());
         Some(configuration.diagnostic(setting.span, message, Some(own.help.clone())))
     };
-    unmatched_patterns(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
+    unmatched_patterns(&configuration.record().selection, composition).into_iter().filter_map(warn).collect()
 }

@@ -10,12 +10,14 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 use slate::control::{Client, ClientError};
+use slate::runtime::composition::Wired;
 use slate::runtime::directory::folder;
+use slate_run::Application;
 
 use crate::clock::now;
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::local_agents::ask_all;
-use crate::{duration, examples, output};
+use crate::{duration, examples, offline, output};
 
 #[derive(Debug, Args)]
 pub struct DoctorOptions {
@@ -315,17 +317,22 @@ fn ports() -> HealthFinding {
 }
 
 fn configuration(name: &str) -> HealthFinding {
-    let sets = crate::offline::NO_LOG_SETTINGS.map(String::from).to_vec();
-    let found = examples::find(name, None, Vec::new(), sets, None);
-    match found.and_then(|application| crate::offline::load(&application)) {
-        Ok(agent) => HealthFinding::good(
-            "configuration",
-            format!("{name} fits, with {} modules", agent.modules().len()),
-        ),
+    let found = examples::find(name, None, Vec::new(), Vec::new(), None);
+    match found.and_then(|application| modules_of(&application)) {
+        Ok(modules) => HealthFinding::good("configuration", format!("{name} fits, with {modules} modules")),
         Err(failure) => {
             let text = failure.to_string();
             let first = text.lines().next().unwrap_or_default().to_owned();
             HealthFinding::bad("configuration", first, format!("`slate check {name}` shows all of it"))
         }
     }
+}
+
+/// Returns the number of modules that an agent of an application would start with.
+fn modules_of(application: &Application) -> Result<usize, Failure> {
+    let catalogue = offline::catalogue(application)?;
+    let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
+    let composition = wired.composition(&catalogue)?;
+    offline::check(&composition, &catalogue)?;
+    Ok(composition.survey().modules.len())
 }

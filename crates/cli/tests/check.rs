@@ -60,6 +60,26 @@ fn what_fits_is_called_good_and_leaves_nothing_behind() {
 }
 
 #[test]
+fn check_opens_no_log_port_and_makes_no_file() {
+    let running = Running::new("check-closed");
+    // A run listens at that address, so an agent could not.
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap();
+    let targets = format!("[log.targets]\nremote = \"{address}\"\nfile = \"robot.log\"\n[world]");
+    let file = EXP1.replacen("[world]", &targets, 1);
+    std::fs::write(running.folder().join("logged.toml"), file).unwrap();
+    running.done(&["check", "logged.toml", "--strict"]);
+    running.done(&["graph", "logged.toml", "--json"]);
+    let examined: Value =
+        serde_json::from_slice(&running.call(&["doctor", "logged.toml", "--json"]).stdout).unwrap();
+    let findings = examined["findings"].as_array().unwrap();
+    let own = findings.iter().find(|finding| finding["what"] == "configuration").unwrap();
+    assert_eq!(own["state"], "good", "{own}");
+    let left: Vec<_> = std::fs::read_dir(running.folder()).unwrap().flatten().collect();
+    assert!(left.iter().all(|entry| entry.file_name() != "robot.log"), "{left:?}");
+}
+
+#[test]
 fn all_mistakes_are_told_at_once_with_their_places() {
     let running = Running::new("check-bad");
     let links =

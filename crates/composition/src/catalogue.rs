@@ -8,7 +8,7 @@ use slate_module::{ModuleKind, Plugin};
 
 use crate::Played;
 use crate::RemotePath;
-use crate::setup::{Describe, describe};
+use crate::setup::{Describe, SetUp, describe, set_up};
 
 /// Loaded plugins, dormant kinds of modules, and capabilities of the host.
 /// A kind is dormant when its plugin is known but not loaded.
@@ -32,11 +32,13 @@ pub struct Catalogue {
     pub services: Vec<&'static Descriptor>,
     /// Function that asks a kind for its ports and parameters.
     pub describe: Describe,
+    /// Function that makes an instance of a kind on trial.
+    pub set_up: SetUp,
 }
 
 impl Default for Catalogue {
     /// Creates an empty catalogue.
-    /// Kinds describe themselves in the calling thread.
+    /// Kinds describe themselves and are set up in the calling thread.
     fn default() -> Self {
         Self {
             plugins: Vec::new(),
@@ -48,6 +50,7 @@ impl Default for Catalogue {
             has_jpeg: false,
             services: Vec::new(),
             describe,
+            set_up,
         }
     }
 }

@@ -2,30 +2,44 @@
 //! The result is a composition, or a report of all mistakes.
 //!
 //! It creates no thread, no property and no agent: [`check`] works without an agent, which then creates the items of a
-//! [`Survey`].
+//! [`Survey`] as a [`BuildPlan`] says. A [`CheckedComposition`] knows the properties of that agent too, so tools check
+//! what names them ([`PropertyIndex`], [`ExternalPorts`]) with an agent and without one.
 
 mod catalogue;
+mod checked;
 mod diagnostic_collector;
+mod external_ports;
 pub mod link;
 pub mod own;
 pub mod parameters;
+mod plan;
 mod played;
+mod property_index;
 mod remote_path;
 mod setup;
+mod setup_problems;
 mod survey;
 mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
+pub use checked::{CheckedComposition, RestoredStates};
 pub use diagnostic_collector::DiagnosticCollector;
+pub use external_ports::{ExternalInputError, ExternalPorts};
+pub use plan::{
+    BuildPlan, PlannedGate, PlannedPort, PlannedProperty, SAME_ACTUATOR, SAME_PATH, SPARE_READERS,
+    gate_stores, interface_conflict, planned_gate, planned_properties, reader_refusal, shallow_source,
+};
 pub use played::Played;
+pub use property_index::{PropertyFacts, PropertyIndex, check_facts};
 pub use remote_path::RemotePath;
-pub use setup::{Describe, OwnSetup, Wire, describe};
+pub use setup::{Describe, OwnSetup, SetUp, SetupTrial, Wire, describe, set_up};
+pub use setup_problems::{add_refusal, has_enough_memory};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, DescribedLimits, GATE, Host, Implied, Inferred, LinkConversion, LinkSignature, LinkSource,
-    Misfit, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal, carrier_misfit,
-    described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path, scope, survey,
-    ungated_command, unlinked_warnings,
+    Absent, DescribedLimits, GATE, Host, Implied, Inferred, LOOP_STORE, LinkConversion, LinkSignature,
+    LinkSource, Misfit, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal,
+    carrier_misfit, described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path,
+    scope, stage_histogram, survey, ungated_command, unlinked_warnings,
 };
 pub use wired::{Wired, sends};
 

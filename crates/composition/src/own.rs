@@ -67,6 +67,23 @@ pub struct ModuleTiming {
     pub misses: u64,
 }
 
+/// State of an isolated module's process, as the property `/module/process`.
+/// Written when the process begins and ends, and once a second of the agent's time. It is not part of the reproducible
+/// results of a run.
+#[interface]
+pub struct ModuleProcess {
+    /// Memory that it has in use.
+    #[unit("B")]
+    pub memory: u64,
+    /// Process id; 0 while no process exists.
+    pub id: u32,
+    /// Number of restarts.
+    pub restarts: u32,
+    /// End of the last process that failed: by itself, or killed as it did not return.
+    /// Empty before the first.
+    pub last_end: Text<124>,
+}
+
 /// Summary of a histogram of durations.
 #[interface]
 #[derive(PartialEq)]

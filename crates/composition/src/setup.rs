@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slate_blackboard::interface::Value;
-use slate_module::{Description, ModuleKind, Refusal, Setup};
+use slate_module::{Description, ModuleKind, PortDescription, Refusal, Setup};
 
 /// Setup of a module, kept for its re-creation.
 #[derive(Clone, Debug)]
@@ -50,4 +50,35 @@ pub type Describe = fn(&ModuleKind, &OwnSetup, Duration) -> Result<Description, 
 /// The module's refusal.
 pub fn describe(kind: &ModuleKind, setup: &OwnSetup, _: Duration) -> Result<Description, Refusal> {
     setup.with(|setup| kind.describe(setup))
+}
+
+/// Setup of a module that is tried without an agent.
+#[derive(Clone, Debug)]
+pub struct SetupTrial {
+    /// Kind of the module.
+    pub kind: ModuleKind,
+    /// Its setup.
+    pub setup: OwnSetup,
+    /// Its parameters.
+    pub params: Vec<u8>,
+    /// Its ports.
+    pub ports: Vec<PortDescription>,
+    /// Memory limit of an isolated module, bytes, 0 for none.
+    /// `None` for other modules.
+    pub memory: Option<u64>,
+    /// State that it restores, if any.
+    pub state: Option<Vec<u8>>,
+}
+
+/// Makes an instance and ends it, within a multiple of the time of a step.
+/// Returns the result of the restoration.
+pub type SetUp = fn(SetupTrial, Duration) -> Result<Result<(), Refusal>, Refusal>;
+
+/// Sets up a module in the calling thread, without a time limit.
+///
+/// # Errors
+/// The module's refusal.
+pub fn set_up(trial: SetupTrial, _: Duration) -> Result<Result<(), Refusal>, Refusal> {
+    let SetupTrial { kind, setup, params, state, .. } = &trial;
+    setup.with(|setup| kind.try_out(setup, params, state.as_deref()))
 }

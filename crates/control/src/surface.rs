@@ -6,8 +6,8 @@ use serde_json::Value as Json;
 use slate_blackboard::{Board, Pattern};
 use slate_module::Level;
 use slate_record::page::Followed;
-use slate_runtime::Agent;
 use slate_runtime::log::Logger;
+use slate_runtime::{Agent, ExternalPorts};
 
 use crate::agent::AgentControl;
 use crate::changes::ChangeTurns;

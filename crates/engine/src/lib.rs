@@ -20,9 +20,11 @@ mod playback;
 pub mod plugin;
 pub mod runner;
 pub mod service;
+mod setup_trial;
 pub mod synchronization;
 pub mod timing;
 
 pub use background::{set_batch_scheduling, thread_name};
 pub use frozen::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 pub use playback::Playback;
+pub use setup_trial::set_up;

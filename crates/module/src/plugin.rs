@@ -160,6 +160,25 @@ impl ModuleKind {
         if instance.is_null() { Err("it made no instance, and gave no reason".into()) } else { Ok(instance) }
     }
 
+    /// Makes an instance, restores a state in it if there is one, and ends it.
+    /// Returns the result of the restoration.
+    ///
+    /// # Errors
+    /// The module's refusal to be made.
+    pub fn try_out(
+        &self,
+        setup: &Setup<'_>,
+        params: &[u8],
+        state: Option<&[u8]>,
+    ) -> Result<Result<(), Refusal>, Refusal> {
+        let instance = self.create(setup, params)?;
+        // SAFETY: just made, and nobody else has it.
+        let restored = state.map_or(Ok(()), |state| unsafe { self.restore(instance, state) });
+        // SAFETY: as above, and it is not used any more. An error at its end is no error of its setup.
+        let _ = unsafe { self.destroy(instance) };
+        Ok(restored)
+    }
+
     /// Saves the state of an instance.
     ///
     /// # Errors

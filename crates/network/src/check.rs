@@ -1,5 +1,5 @@
 use slate_blackboard::Access;
-use slate_runtime::Composer;
+use slate_runtime::{ExternalPorts, PropertyFacts};
 
 use crate::error::NetworkError;
 use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
@@ -9,16 +9,16 @@ use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 ///
 /// # Errors
 /// The first input that can't read from the network, or property that can't be published.
-pub fn check_properties(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
-    settings.read.iter().try_for_each(|(input, reading)| check_input(composer, input, reading))?;
-    settings.write.iter().try_for_each(|output| check_output(composer, output))
+pub fn check_properties(ports: &impl ExternalPorts, settings: &NetworkSettings) -> Result<(), NetworkError> {
+    settings.read.iter().try_for_each(|(input, reading)| check_input(ports, input, reading))?;
+    settings.write.iter().try_for_each(|output| check_output(ports, output))
 }
 
-fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {
-    let is_inbox = composer.board().get(input).is_some_and(|(found, _)| found.access() == Access::Messages);
+fn check_input(ports: &impl ExternalPorts, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {
+    let is_inbox = ports.find(input).is_ok_and(|(found, _)| found.access() == Access::Messages);
     let checked = match is_inbox {
-        true => composer.external_inbox(input).map(drop),
-        false => composer.external_input(input).map(drop),
+        true => ports.external_inbox(input).map(drop),
+        false => ports.external_input(input).map(drop),
     };
     checked.map_err(|error| NetworkError::Input {
         input: input.into(),
@@ -28,17 +28,17 @@ fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Resu
     })
 }
 
-fn check_output(composer: &Composer, output: &NetworkOutput) -> Result<(), NetworkError> {
+fn check_output(ports: &impl ExternalPorts, output: &NetworkOutput) -> Result<(), NetworkError> {
     let wrong = |reason: String, help| {
         let (property, key) = (output.property.clone(), output.key.clone());
         Err(NetworkError::Output { property, key, reason, help, place: output.place })
     };
-    match composer.board().find(&output.property) {
+    match ports.find(&output.property) {
         Err(error) => wrong(error.to_string(), "`slate list` shows the properties"),
         Ok((_, field)) if !field.is_empty() => {
             wrong(format!("`{field}` is a field, and a key has whole values"), "link the property")
         }
-        Ok((property, _)) if property.channel().is_none() => {
+        Ok((property, _)) if !property.has_value() => {
             wrong("it takes messages, and has no value".into(), "link an output")
         }
         Ok(_) => Ok(()),

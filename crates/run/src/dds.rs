@@ -1,7 +1,7 @@
 //! Participation of a run in DDS.
 
-use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
+use slate_runtime::{Agent, ExternalPorts};
 
 #[cfg(feature = "dds")]
 mod built_in {
@@ -10,7 +10,7 @@ mod built_in {
     use slate_control::ControlSurface;
     use slate_dds::{DdsBridge, DdsSettings, check_topics};
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// DDS participant of an agent, as long as this value lives.
@@ -32,9 +32,14 @@ mod built_in {
         }
     }
 
-    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    /// Checks that an agent could have the DDS topics of its configuration.
+    /// It opens nothing.
+    ///
+    /// # Errors
+    /// Mistake in the table `[dds]`, or a property that does not fit its topic.
+    pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = DdsSettings::of(configuration)? else { return Ok(()) };
-        check_topics(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+        check_topics(ports, &settings).map_err(|error| error.report(configuration))
     }
 }
 
@@ -44,7 +49,7 @@ mod built_in {
 
     use slate_control::ControlSurface;
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// Placeholder without the feature: no agent takes part.
@@ -52,7 +57,7 @@ mod built_in {
 
     impl DdsRun {
         pub fn open(agent: &Agent, _: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
-            check(agent, &agent.configuration()).map(|()| None)
+            check(&agent.composer(), &agent.configuration()).map(|()| None)
         }
 
         pub fn start(&mut self, _: &Agent) -> Result<(), RunError> {
@@ -61,7 +66,7 @@ mod built_in {
     }
 
     /// Links are refused with those of all bridges that are not built in.
-    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    pub fn check(_: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(table) = configuration.value("dds") else { return Ok(()) };
         let help =
             "build it with the feature `dds`: cargo build --release --features dds; or take the table away";
@@ -71,13 +76,4 @@ mod built_in {
     }
 }
 
-pub use built_in::DdsRun;
-
-/// Checks that an agent could have the DDS topics of its configuration.
-/// It opens nothing.
-///
-/// # Errors
-/// Mistake in the table `[dds]`, or a property that does not fit its topic.
-pub fn check_dds(agent: &Agent) -> Result<(), Report> {
-    built_in::check(agent, &agent.configuration())
-}
+pub use built_in::{DdsRun, check};

@@ -1,13 +1,13 @@
 //! Publication of a run's behaviour trees to monitors.
 
-use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
+use slate_runtime::{Agent, ExternalPorts};
 
 #[cfg(feature = "groot")]
 mod built_in {
     use slate_groot::{GrootBridge, GrootSettings, check_trees};
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
 
     /// Monitors see the trees of an agent as long as this lives.
     pub struct GrootRun(#[allow(dead_code, reason = "it ends with this")] GrootBridge);
@@ -27,26 +27,31 @@ mod built_in {
         }
     }
 
-    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    /// Checks that an agent has the trees that its configuration shows to monitors.
+    /// It opens nothing.
+    ///
+    /// # Errors
+    /// An invalid table `[groot]`, or a Plan that follows no tree.
+    pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = GrootSettings::of(configuration)? else { return Ok(()) };
-        check_trees(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+        check_trees(ports, &settings).map_err(|error| error.report(configuration))
     }
 }
 
 #[cfg(not(feature = "groot"))]
 mod built_in {
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
 
     /// Placeholder without the feature: no tree is shown.
     pub struct GrootRun;
 
     impl GrootRun {
         pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
-            check(agent, &agent.configuration()).map(|()| None)
+            check(&agent.composer(), &agent.configuration()).map(|()| None)
         }
     }
 
-    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    pub fn check(_: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(table) = configuration.value("groot") else { return Ok(()) };
         let help = "build it with the feature `groot`: cargo build --release --features groot; or take the table away";
         let message =
@@ -55,13 +60,4 @@ mod built_in {
     }
 }
 
-pub use built_in::GrootRun;
-
-/// Checks that an agent has the trees that its configuration shows to monitors.
-/// It opens nothing.
-///
-/// # Errors
-/// An invalid table `[groot]`, or a Plan that follows no tree.
-pub fn check_groot(agent: &Agent) -> Result<(), Report> {
-    built_in::check(agent, &agent.configuration())
-}
+pub use built_in::{GrootRun, check};

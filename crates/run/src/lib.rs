@@ -6,6 +6,7 @@ mod complain;
 
 mod bridges;
 mod causes;
+mod check;
 pub mod clock;
 mod console;
 mod dds;
@@ -36,21 +37,15 @@ mod warnings;
 
 use std::sync::Arc;
 
-pub use bridges::check_bridges;
-pub use console::{check_console, open_browser};
-pub use dds::check_dds;
+pub use check::check_tables;
+pub use console::open_browser;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
 pub use folder::Folder;
-pub use groot::check_groot;
 pub use mission::{Finished, MissionOptions, MissionRun};
-pub use network::check_network;
-pub use observation::Observation;
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
 pub use robot::RunRobot;
-pub use ros1::check_ros1;
-pub use ros2::check_ros2;
 pub use run::{RunContext, Supervision, run};
 pub use run_history::RunHistory;
 use slate_module::Plugin;

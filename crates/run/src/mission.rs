@@ -125,7 +125,7 @@ impl MissionRun {
             ..Options::default()
         };
         let agent = Agent::load_with(&application.database, &application.plugins, options)?;
-        let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
+        let observation = Arc::new(Observation::new(&application.configuration, &**agent.board())?);
         let scene = scene::of(&application.configuration)?;
         let course = RunHistory::new(&application.name, memories(&agent));
         course.note_variants(&application.configuration, 0);

@@ -1,7 +1,7 @@
 //! Participation of a run in a network.
 
 use slate_network::{NetworkSettings, check_properties};
-use slate_runtime::Agent;
+use slate_runtime::ExternalPorts;
 use slate_runtime::configuration::{Configuration, Report};
 
 /// Settings of the table `[network]`, when the configuration has one.
@@ -27,10 +27,9 @@ pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkS
 ///
 /// # Errors
 /// An invalid table, or an input that can't read.
-pub fn check_network(agent: &Agent) -> Result<(), Report> {
-    let configuration = agent.configuration();
-    let Some(settings) = network_settings(&configuration)? else { return Ok(()) };
-    check_properties(&agent.composer(), &settings).map_err(|error| error.report(&configuration))
+pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
+    let Some(settings) = network_settings(configuration)? else { return Ok(()) };
+    check_properties(ports, &settings).map_err(|error| error.report(configuration))
 }
 
 #[cfg(feature = "zenoh")]

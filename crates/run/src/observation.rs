@@ -5,40 +5,40 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Field, Value, View};
-use slate_blackboard::{Board, Property, is_within};
+use slate_blackboard::{Property, is_within};
 use slate_record::{Outcome, Route, Sample};
 use slate_runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{Message, Mistake, PropertyFacts, PropertyIndex};
 
 use crate::RunError;
 
 /// Robot that the report follows.
-pub struct ObservedRobot {
+pub struct ObservedRobot<P = Arc<Property>> {
     pub name: String,
-    pose: Arc<Property>,
+    pose: P,
     /// Field of the property that has the pose; empty for the whole.
     pose_field: String,
-    status: Option<Arc<Property>>,
-    clearance: Option<Arc<Property>>,
+    status: Option<P>,
+    clearance: Option<P>,
     /// Properties that may have its goal, the most likely first.
-    goals: Vec<Arc<Property>>,
-    waiting: Option<Arc<Property>>,
+    goals: Vec<P>,
+    waiting: Option<P>,
 }
 
 /// Data that the report follows.
-pub struct Observation {
+pub struct Observation<P = Arc<Property>> {
     /// Robots of the report.
-    pub robots: Vec<ObservedRobot>,
-    judged: Vec<Judged>,
-    verdict: Option<Arc<Property>>,
-    speed: Option<(Arc<Property>, &'static Field)>,
+    pub robots: Vec<ObservedRobot<P>>,
+    judged: Vec<Judged<P>>,
+    verdict: Option<P>,
+    speed: Option<(P, &'static Field)>,
 }
 
 /// Robot of which a judge measures something.
-struct Judged {
-    metrics: Arc<Property>,
+struct Judged<P> {
+    metrics: P,
     /// Parameter of the judge with its robot's name.
-    robot: Option<Arc<Property>>,
+    robot: Option<P>,
     /// Name of the judge.
     judge: String,
 }
@@ -122,9 +122,12 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
     complaints
 }
 
-impl Observation {
+impl<P: PropertyFacts> Observation<P> {
     /// Finds the properties that the configuration names.
-    pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, RunError> {
+    pub fn new(
+        configuration: &Configuration,
+        index: &impl PropertyIndex<Property = P>,
+    ) -> Result<Self, RunError> {
         let mut complaints = unknown_keys(configuration);
         let mut robots = Vec::new();
         let mut find_at = |spanned: &Spanned<Setting>| {
@@ -133,7 +136,7 @@ impl Observation {
                 // What another agent has is in the report of that one.
                 return None;
             }
-            match board.find(text.trim_start_matches('/')) {
+            match index.find(text.trim_start_matches('/')) {
                 Ok(found) => Some(found),
                 Err(error) => {
                     complaints.push(configuration.diagnostic(spanned.span, Message::from(&error), None));
@@ -146,7 +149,7 @@ impl Observation {
             one => Vec::from_iter(one),
         };
         let judged =
-            judged.into_iter().filter_map(&mut find_at).map(|(metrics, _)| Judged::new(metrics, board));
+            judged.into_iter().filter_map(&mut find_at).map(|(metrics, _)| Judged::new(metrics, index));
         let judged = judged.collect();
         let mut find_field = |path: &str| find_at(configuration.value(path)?);
         let names: Vec<String> = configuration
@@ -161,8 +164,8 @@ impl Observation {
             let clearance = find(&format!("report.robots.{name}.clearance"));
             if let Some((pose, field)) = pose {
                 let pose_field = field.to_owned();
-                let waiting = status.as_ref().and_then(|status| waiting_of(status.path(), board));
-                let goals = status.as_ref().map(|status| goals_of(status.path(), board)).unwrap_or_default();
+                let waiting = status.as_ref().and_then(|status| waiting_of(status.path(), index));
+                let goals = status.as_ref().map(|status| goals_of(status.path(), index)).unwrap_or_default();
                 robots.push(ObservedRobot { name, pose, pose_field, status, clearance, goals, waiting });
             }
         }
@@ -173,7 +176,7 @@ impl Observation {
             if text.starts_with("slate://") {
                 return None;
             }
-            let field = board.find(text.trim_start_matches('/')).ok().and_then(|(property, name)| {
+            let field = index.find(text.trim_start_matches('/')).ok().and_then(|(property, name)| {
                 let field = property.descriptor().fields.iter().find(|field| field.name == name)?;
                 Some((property, field))
             });
@@ -190,7 +193,9 @@ impl Observation {
             Err(RunError::Configuration(complaints.into()))
         }
     }
+}
 
+impl Observation {
     /// Returns the judges' figures in the order of the report.
     pub fn metrics(&self) -> Vec<JudgeMetrics> {
         self.judged.iter().filter_map(Judged::metrics).collect()
@@ -224,16 +229,16 @@ const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
 
 /// Returns the goals of the robot whose Execute has its status at a path.
 /// The goal of its Knowledge comes before those of other modules.
-fn goals_of(status: &str, board: &Board) -> Vec<Arc<Property>> {
+fn goals_of<I: PropertyIndex>(status: &str, index: &I) -> Vec<I::Property> {
     let Some((robot, _)) = status.trim_start_matches('/').split_once('/') else { return Vec::new() };
-    let is_goal = |property: &Arc<Property>| {
+    let is_goal = |property: &I::Property| {
         let path = property.path().trim_start_matches('/');
         let name = path.rsplit_once('/').map(|(_, name)| name);
         is_within(path, robot)
             && name.is_some_and(|name| GOAL_INPUTS.contains(&name))
             && GOAL_INTERFACES.contains(&property.descriptor().name)
     };
-    let mut goals: Vec<_> = board.properties().into_iter().filter(is_goal).collect();
+    let mut goals: Vec<_> = index.properties().into_iter().filter(is_goal).collect();
     goals.sort_by_key(|goal| (!goal.path().contains("knowledge"), goal.path().to_owned()));
     goals
 }
@@ -257,19 +262,21 @@ fn waiting_text(waiting: &Value, time: u64) -> Option<String> {
 }
 
 /// Finds the waiting actions of the Execute that has its status at a path.
-fn waiting_of(status: &str, board: &Board) -> Option<Arc<Property>> {
+fn waiting_of<I: PropertyIndex>(status: &str, index: &I) -> Option<I::Property> {
     let execute = status.trim_start_matches('/').strip_suffix("/status")?;
-    board.get(&format!("{execute}/waiting")).map(|(property, _)| property)
+    index.find(&format!("{execute}/waiting")).ok().map(|(property, _)| property)
 }
 
-impl Judged {
-    fn new(metrics: Arc<Property>, board: &Board) -> Self {
+impl<P: PropertyFacts> Judged<P> {
+    fn new(metrics: P, index: &impl PropertyIndex<Property = P>) -> Self {
         let judge = metrics.path();
         let judge = judge.rsplit_once('/').map_or(judge, |(judge, _)| judge).to_owned();
-        let robot = board.get(&format!("{judge}/params/robot")).filter(|(_, field)| field == "robot");
+        let robot = index.find(&format!("{judge}/params/robot")).ok().filter(|(_, field)| field == "robot");
         Self { metrics, robot: robot.map(|(params, _)| params), judge }
     }
+}
 
+impl Judged<Arc<Property>> {
     fn metrics(&self) -> Option<JudgeMetrics> {
         let measured = value(&self.metrics)?;
         let robot = self.robot.as_ref().and_then(value);

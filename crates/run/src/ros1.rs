@@ -1,7 +1,7 @@
 //! Participation of a run in ROS 1.
 
-use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
+use slate_runtime::{Agent, ExternalPorts};
 
 #[cfg(feature = "ros1")]
 mod built_in {
@@ -10,7 +10,7 @@ mod built_in {
     use slate_control::ControlSurface;
     use slate_ros1::{Ros1Bridge, Ros1Settings, check_topics};
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// ROS 1 node of an agent, as long as this value lives.
@@ -32,9 +32,14 @@ mod built_in {
         }
     }
 
-    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    /// Checks that an agent could be the ROS 1 node of its configuration.
+    /// It opens nothing.
+    ///
+    /// # Errors
+    /// An invalid table `[ros1]`, or a property that does not fit its topic.
+    pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = Ros1Settings::of(configuration)? else { return Ok(()) };
-        check_topics(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+        check_topics(ports, &settings).map_err(|error| error.report(configuration))
     }
 }
 
@@ -44,7 +49,7 @@ mod built_in {
 
     use slate_control::ControlSurface;
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// Placeholder without the feature: no agent is a node.
@@ -52,7 +57,7 @@ mod built_in {
 
     impl Ros1Run {
         pub fn open(agent: &Agent, _: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
-            check(agent, &agent.configuration()).map(|()| None)
+            check(&agent.composer(), &agent.configuration()).map(|()| None)
         }
 
         pub fn start(&mut self, _: &Agent) -> Result<(), RunError> {
@@ -61,7 +66,7 @@ mod built_in {
     }
 
     /// Links are refused with those of all bridges that are not built in.
-    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    pub fn check(_: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(table) = configuration.value("ros1") else { return Ok(()) };
         let help =
             "build it with the feature `ros1`: cargo build --release --features ros1; or take the table away";
@@ -71,13 +76,4 @@ mod built_in {
     }
 }
 
-pub use built_in::Ros1Run;
-
-/// Checks that an agent could be the ROS 1 node of its configuration.
-/// It opens nothing.
-///
-/// # Errors
-/// An invalid table `[ros1]`, or a property that does not fit its topic.
-pub fn check_ros1(agent: &Agent) -> Result<(), Report> {
-    built_in::check(agent, &agent.configuration())
-}
+pub use built_in::{Ros1Run, check};

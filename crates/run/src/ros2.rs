@@ -1,7 +1,7 @@
 //! Participation of a run in ROS 2.
 
-use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
+use slate_runtime::{Agent, ExternalPorts};
 
 #[cfg(feature = "ros2")]
 mod built_in {
@@ -10,7 +10,7 @@ mod built_in {
     use slate_control::ControlSurface;
     use slate_ros2::{RosBridge, RosSettings, check_topics};
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// ROS 2 node of an agent, as long as this value lives.
@@ -32,9 +32,14 @@ mod built_in {
         }
     }
 
-    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    /// Checks that an agent could be the ROS 2 node of its configuration.
+    /// It opens nothing.
+    ///
+    /// # Errors
+    /// An invalid table `[ros2]`, or a property that does not fit its topic.
+    pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = RosSettings::of(configuration)? else { return Ok(()) };
-        check_topics(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+        check_topics(ports, &settings).map_err(|error| error.report(configuration))
     }
 }
 
@@ -44,7 +49,7 @@ mod built_in {
 
     use slate_control::ControlSurface;
 
-    use super::{Agent, Configuration, Report};
+    use super::{Agent, Configuration, ExternalPorts, Report};
     use crate::RunError;
 
     /// Name of the table.
@@ -55,7 +60,7 @@ mod built_in {
 
     impl RunBridge {
         pub fn open(agent: &Agent, _: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
-            check(agent, &agent.configuration()).map(|()| None)
+            check(&agent.composer(), &agent.configuration()).map(|()| None)
         }
 
         pub fn start(&mut self, _: &Agent) -> Result<(), RunError> {
@@ -63,7 +68,7 @@ mod built_in {
         }
     }
 
-    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+    pub fn check(_: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(table) = configuration.value(TABLE) else { return Ok(()) };
         let help =
             "build it with the feature `ros2`: cargo build --release --features ros2; or take the table away";
@@ -73,13 +78,4 @@ mod built_in {
     }
 }
 
-pub use built_in::RunBridge;
-
-/// Checks that an agent could be the ROS 2 node of its configuration.
-/// It opens nothing.
-///
-/// # Errors
-/// An invalid table `[ros2]`, or a property that does not fit its topic.
-pub fn check_ros2(agent: &Agent) -> Result<(), Report> {
-    built_in::check(agent, &agent.configuration())
-}
+pub use built_in::{RunBridge, check};

@@ -17,13 +17,13 @@ pub mod snapshot;
 pub mod stop_line;
 
 pub use agent::{
-    Agent, CommandError, Composer, ControlsError, ControlsHolder, CycleEnd, ExternalContent,
-    ExternalInputError, ExternalValue, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError,
-    PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, ValueWait,
-    WeakComposer, catalogue,
+    Agent, CommandError, Composer, ControlsError, ControlsHolder, CycleEnd, ExternalContent, ExternalValue,
+    LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus, Reload, RemoteEnd,
+    StartError, Stopper, SystemClock, Teleoperation, ValueWait, WeakComposer, catalogue, check_start,
 };
 pub use delivery::ExternalDelivery;
 pub use slate_composition as composition;
+pub use slate_composition::{ExternalInputError, ExternalPorts, PropertyFacts, PropertyIndex};
 pub use slate_configuration as configuration;
 pub use slate_configuration::{
     Message, Mistake, Schedule, ScheduleError, ScheduledStage, printable, printable_text, replacement,

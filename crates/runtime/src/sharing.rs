@@ -12,7 +12,7 @@ use slate_module::Level;
 
 pub use slate_composition::RemotePath;
 pub use slate_configuration::{Compression, TEAM, is_topic};
-use slate_configuration::{ShareSecurity, SharedKnowledge};
+use slate_configuration::{Configuration, Diagnostic, Report, ShareSecurity, SharedKnowledge};
 use slate_engine::clock::{Clock, monotonic};
 pub use slate_engine::main_loop::AfterTick;
 use slate_engine::main_loop::WriteListeners;
@@ -181,6 +181,34 @@ pub struct SharingError {
     pub help: Option<String>,
     /// Part of `[share]` that the error is about.
     pub about: About,
+}
+
+impl SharingError {
+    /// Returns the report of the error, at its place in the configuration.
+    pub fn report(self, configuration: &Configuration) -> Report {
+        let Self { message, help, about } = self;
+        let Some(share) = configuration.share() else {
+            return Diagnostic::without_place(message, help).into();
+        };
+        let credentials = share.security.as_ref().and_then(|security| security.credentials.as_ref());
+        let listen =
+            share.listen.iter().find(|at| matches!(&about, About::Listen(endpoint) if *endpoint == at.value));
+        let place = match &about {
+            About::Sharing | About::Listen(_) => listen.map(|at| at.span),
+            About::Agent(name) => share.agents.get(name).map(|at| at.span),
+            About::Security => share.security.as_ref().map(|security| security.place),
+            About::Certificate => credentials.map(|credentials| credentials.certificate.span),
+            About::Key => credentials.map(|credentials| credentials.key.span),
+            About::Authority => credentials.map(|credentials| credentials.authority.span),
+        };
+        // An agent is found under its own name when no endpoint is written, and then there is no place to show.
+        let usual = configuration.value("share.listen").is_none();
+        let is_shown = |place: &_| !usual || share.listen.iter().all(|at| at.span != *place);
+        match place.or_else(|| share.listen.first().map(|at| at.span)).filter(is_shown) {
+            Some(place) => configuration.diagnostic(place, message, help).into(),
+            None => Diagnostic::without_place(message, help).into(),
+        }
+    }
 }
 
 impl From<String> for SharingError {

@@ -18,7 +18,7 @@ use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_module::aspect::{Actuators, Aspect};
 use slate_module::prelude::*;
-use slate_runtime::{Control, ControlsError, Mode, Options, Teleoperation};
+use slate_runtime::{Control, ControlsError, ExternalPorts, Mode, Options, Teleoperation};
 
 const DRIVE: &str = r#"
 [modules.counter]

@@ -7,7 +7,7 @@ use slate::mapek::{self, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::math;
 use slate::module::testing::Fixture;
 use slate::runtime::configuration::{self, Configuration, Database};
-use slate::runtime::{Agent, Options, Rate};
+use slate::runtime::{Agent, ExternalPorts, Options, Rate};
 use slate_avoidance::{ReflexRules, SensorRule};
 use slate_wheeled::actions::Leg;
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;

@@ -1,7 +1,4 @@
-use std::sync::Arc;
-
-use slate_blackboard::Property;
-use slate_runtime::Composer;
+use slate_runtime::{ExternalPorts, PropertyFacts};
 use slate_topics::{TopicInput, TopicMismatch, TopicOutput, input, output};
 
 use crate::error::DdsError;
@@ -16,19 +13,19 @@ const FIELDS: &str = "give members the names and types of the interface's fields
 ///
 /// # Errors
 /// The first that does not fit.
-pub fn check_topics(composer: &Composer, settings: &DdsSettings) -> Result<(), DdsError> {
+pub fn check_topics(ports: &impl ExternalPorts, settings: &DdsSettings) -> Result<(), DdsError> {
     let topics = &settings.topics;
-    topics.read.iter().try_for_each(|own| topic_input(composer, own).map(drop))?;
-    topics.write.iter().try_for_each(|own| topic_output(composer, own).map(drop))?;
+    topics.read.iter().try_for_each(|own| topic_input(ports, own).map(drop))?;
+    topics.write.iter().try_for_each(|own| topic_output(ports, own).map(drop))?;
     Ok(())
 }
 
 /// Returns the input that reads a topic, and its messages.
-pub fn topic_input(
-    composer: &Composer,
+pub fn topic_input<P: ExternalPorts>(
+    ports: &P,
     own: &TopicInput<DdsTopic>,
-) -> Result<(Arc<Property>, DdsMessage), Box<TopicMismatch>> {
-    let property = input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+) -> Result<(P::Property, DdsMessage), Box<TopicMismatch>> {
+    let property = input(ports, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_decodable().map(|()| message));
     let wrong = |reason| TopicMismatch::new(&own.input, &own.topic, reason, FIELDS).at(own.place);
@@ -36,11 +33,11 @@ pub fn topic_input(
 }
 
 /// Returns the property whose values a topic has, and its messages.
-pub fn topic_output(
-    composer: &Composer,
+pub fn topic_output<P: ExternalPorts>(
+    ports: &P,
     own: &TopicOutput<DdsTopic>,
-) -> Result<(Arc<Property>, DdsMessage), Box<TopicMismatch>> {
-    let property = output(composer, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+) -> Result<(P::Property, DdsMessage), Box<TopicMismatch>> {
+    let property = output(ports, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_encodable().map(|()| message));
     let wrong = |reason| TopicMismatch::new(&own.property, &own.topic, reason, FIELDS).at(own.place);

@@ -4,14 +4,14 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use slate_runtime::Composer;
+use slate_runtime::{Composer, PropertyIndex};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Runtime;
 use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::error::GrootError;
-use crate::plan::ShownPlan;
+use crate::plan::{ShownPlan, shown_plans};
 use crate::request::answer;
 use crate::settings::{GrootSettings, ServedTrees};
 use crate::wire::MonitorConnection;
@@ -68,12 +68,12 @@ impl Drop for GrootBridge {
 ///
 /// # Errors
 /// The first one that does not.
-pub fn check_trees(composer: &Composer, settings: &GrootSettings) -> Result<(), GrootError> {
-    served(composer, settings).map(|_| ())
+pub fn check_trees(index: &impl PropertyIndex, settings: &GrootSettings) -> Result<(), GrootError> {
+    served(index, settings).map(|_| ())
 }
 
-fn served(composer: &Composer, settings: &GrootSettings) -> Result<Vec<(String, u16)>, GrootError> {
-    let known = ShownPlan::all(composer);
+fn served(index: &impl PropertyIndex, settings: &GrootSettings) -> Result<Vec<(String, u16)>, GrootError> {
+    let known = shown_plans(index);
     match (&settings.trees, &known[..]) {
         (ServedTrees::Only(port), [plan]) => Ok(vec![(plan.clone(), *port)]),
         (ServedTrees::Only(_), []) => Err(GrootError::NoTree),

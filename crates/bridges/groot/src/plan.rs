@@ -1,12 +1,10 @@
 //! Views of a tree's Plan, read from the blackboard.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use slate_blackboard::Property;
 use slate_blackboard::interface::Interface;
 use slate_executive::tree_view::{BLACKBOARDS, NODES, TREE, TreeView};
-use slate_runtime::Composer;
+use slate_runtime::{Composer, PropertyFacts, PropertyIndex};
 use tokio::time::sleep;
 
 /// Period of the check whether the Plan has written.
@@ -31,14 +29,6 @@ pub struct ShownValue {
 impl ShownPlan {
     pub fn new(composer: &Composer, path: &str) -> Self {
         Self { composer: composer.clone(), path: path.into() }
-    }
-
-    /// Paths of the Plans of an agent that follow trees.
-    pub fn all(composer: &Composer) -> Vec<String> {
-        let properties = composer.board().properties();
-        let shown = properties.iter().filter(|property| is_view(property));
-        let plans = shown.filter_map(|property| property.path().strip_suffix(&format!("/{NODES}")));
-        plans.map(str::to_owned).collect()
     }
 
     /// Returns the XML of the tree.
@@ -81,7 +71,15 @@ impl ShownPlan {
     }
 }
 
-fn is_view(property: &Arc<Property>) -> bool {
+/// Paths of the Plans of an agent that follow trees.
+pub fn shown_plans(index: &impl PropertyIndex) -> Vec<String> {
+    let properties = index.properties();
+    let shown = properties.iter().filter(|property| is_view(*property));
+    let plans = shown.filter_map(|property| property.path().strip_suffix(&format!("/{NODES}")));
+    plans.map(str::to_owned).collect()
+}
+
+fn is_view(property: &impl PropertyFacts) -> bool {
     property.descriptor().hash == TreeView::DESCRIPTOR.hash
 }
 

@@ -1,5 +1,5 @@
 use slate_record::ros::WireFormat;
-use slate_runtime::Composer;
+use slate_runtime::ExternalPorts;
 use slate_topics::{RosError, check_ports};
 
 use crate::settings::Ros1Settings;
@@ -9,7 +9,7 @@ use crate::settings::Ros1Settings;
 ///
 /// # Errors
 /// The first that does not fit.
-pub fn check_topics(composer: &Composer, settings: &Ros1Settings) -> Result<(), RosError> {
+pub fn check_topics(ports: &impl ExternalPorts, settings: &Ros1Settings) -> Result<(), RosError> {
     let services = (&settings.serve[..], &settings.call[..]);
-    check_ports(WireFormat::Ros1, composer, &settings.topics, services, &settings.options)
+    check_ports(WireFormat::Ros1, ports, &settings.topics, services, &settings.options)
 }

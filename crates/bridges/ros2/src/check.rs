@@ -1,5 +1,5 @@
 use slate_record::ros::WireFormat;
-use slate_runtime::Composer;
+use slate_runtime::ExternalPorts;
 use slate_topics::{RosError, check_actions, check_ports};
 
 use crate::settings::RosSettings;
@@ -9,8 +9,8 @@ use crate::settings::RosSettings;
 ///
 /// # Errors
 /// The first that does not fit.
-pub fn check_topics(composer: &Composer, settings: &RosSettings) -> Result<(), RosError> {
+pub fn check_topics(ports: &impl ExternalPorts, settings: &RosSettings) -> Result<(), RosError> {
     let services = (&settings.serve[..], &settings.call[..]);
-    check_actions(composer, &settings.offered_actions, &settings.called_actions)?;
-    check_ports(WireFormat::Cdr, composer, &settings.topics, services, &settings.options)
+    check_actions(ports, &settings.offered_actions, &settings.called_actions)?;
+    check_ports(WireFormat::Cdr, ports, &settings.topics, services, &settings.options)
 }

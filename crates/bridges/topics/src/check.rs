@@ -1,11 +1,8 @@
 //! Ports that topics and services name, checked.
 
-use std::sync::Arc;
-
-use slate_blackboard::Property;
 use slate_blackboard::interface::Descriptor;
 use slate_record::ros::{DefinitionFiles, FileError, WireFormat};
-use slate_runtime::Composer;
+use slate_runtime::{ExternalPorts, PropertyFacts};
 
 use crate::error::RosError;
 use crate::frames::frame_input;
@@ -23,37 +20,37 @@ use crate::topic_settings::{TopicInput, TopicOutput, TopicSettings};
 /// The first that does not fit.
 pub fn check_ports<O>(
     format: WireFormat,
-    composer: &Composer,
+    ports: &impl ExternalPorts,
     topics: &TopicSettings<O>,
     (offers, calls): (&[ServiceOffer], &[ServiceCall]),
     node: &NodeOptions,
 ) -> Result<(), RosError> {
-    topics.read.iter().try_for_each(|own| topic_input(format, composer, own).map(drop))?;
-    topics.write.iter().try_for_each(|own| topic_output(format, composer, own).map(drop))?;
-    check_services(composer, offers, calls)?;
-    node.frames.iter().try_for_each(|own| frame_input(composer, own).map(drop))?;
-    check_clock(composer, node)
+    topics.read.iter().try_for_each(|own| topic_input(format, ports, own).map(drop))?;
+    topics.write.iter().try_for_each(|own| topic_output(format, ports, own).map(drop))?;
+    check_services(ports, offers, calls)?;
+    node.frames.iter().try_for_each(|own| frame_input(ports, own).map(drop))?;
+    check_clock(ports, node)
 }
 
 /// Checks that the agent has a time of its own, if that is published.
 ///
 /// # Errors
 /// The agent goes by the system's clock.
-pub fn check_clock(composer: &Composer, node: &NodeOptions) -> Result<(), RosError> {
-    if node.clock && !composer.is_lockstep() { Err(RosError::Clock) } else { Ok(()) }
+pub fn check_clock(ports: &impl ExternalPorts, node: &NodeOptions) -> Result<(), RosError> {
+    if node.clock && !ports.is_lockstep() { Err(RosError::Clock) } else { Ok(()) }
 }
 
 /// Returns the input that reads a topic, and its messages.
 ///
 /// # Errors
 /// The input is missing or linked, or messages lack one of its fields.
-pub fn topic_input<O>(
+pub fn topic_input<O, P: ExternalPorts>(
     format: WireFormat,
-    composer: &Composer,
+    ports: &P,
     own: &TopicInput<O>,
-) -> Result<(Arc<Property>, RosMessage), Box<TopicMismatch>> {
-    let property = input(composer, &own.input, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
-    if let Some(wait) = own.wait.as_ref().filter(|_| !composer.is_lockstep()) {
+) -> Result<(P::Property, RosMessage), Box<TopicMismatch>> {
+    let property = input(ports, &own.input, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
+    if let Some(wait) = own.wait.as_ref().filter(|_| !ports.is_lockstep()) {
         let reason = "cycles would wait for it, and the agent goes by the system's clock";
         return Err(TopicMismatch::new(&own.input, &own.topic, reason, NO_WAIT_HELP).at(wait.place));
     }
@@ -74,12 +71,12 @@ pub fn topic_input<O>(
 ///
 /// # Errors
 /// The property is missing, or has no value.
-pub fn topic_output<O>(
+pub fn topic_output<O, P: ExternalPorts>(
     format: WireFormat,
-    composer: &Composer,
+    ports: &P,
     own: &TopicOutput<O>,
-) -> Result<(Arc<Property>, RosMessage), Box<TopicMismatch>> {
-    let property = output(composer, &own.property, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
+) -> Result<(P::Property, RosMessage), Box<TopicMismatch>> {
+    let property = output(ports, &own.property, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
     let message = message(format, property.descriptor(), own.definition.as_deref());
     let message = message.map_err(|error| {
         TopicMismatch::new(&own.property, &own.topic, error.to_string(), DEFINITION_HELP).at(own.place)

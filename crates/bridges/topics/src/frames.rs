@@ -10,7 +10,7 @@ use slate_blackboard::interface::Interface;
 use slate_control::{ControlSurface, TransformStream};
 use slate_interfaces::Transform;
 use slate_record::ros::{FrameTransform, Schema, WireFormat, encode_transforms_in, transforms_definition_in};
-use slate_runtime::Composer;
+use slate_runtime::{Composer, ExternalPorts, PropertyFacts};
 
 use crate::inbound::InboundTopics;
 use crate::mismatch::TopicMismatch;
@@ -27,10 +27,10 @@ const SECOND: u64 = 1_000_000_000;
 ///
 /// # Errors
 /// The input is missing, or is not a `Transform`.
-pub fn frame_input(composer: &Composer, own: &FrameInput) -> Result<Arc<Property>, Box<TopicMismatch>> {
+pub fn frame_input<P: ExternalPorts>(ports: &P, own: &FrameInput) -> Result<P::Property, Box<TopicMismatch>> {
     let topic = format!("frame {}", own.frame);
     let property =
-        crate::mismatch::input(composer, &own.input, &topic).map_err(|mismatch| mismatch.at(own.place))?;
+        crate::mismatch::input(ports, &own.input, &topic).map_err(|mismatch| mismatch.at(own.place))?;
     if property.descriptor().hash != Transform::DESCRIPTOR.hash {
         let reason = format!("the input is a {}, and a frame has a Transform", property.descriptor().name);
         let help = "name the input of a module of the kind `external_frame`";

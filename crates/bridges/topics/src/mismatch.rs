@@ -1,8 +1,5 @@
-use std::sync::Arc;
-
-use slate_blackboard::Property;
-use slate_runtime::Composer;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
+use slate_runtime::{ExternalPorts, PropertyFacts};
 
 /// Property that does not fit its topic.
 #[derive(Debug, thiserror::Error)]
@@ -49,8 +46,12 @@ impl TopicMismatch {
 ///
 /// # Errors
 /// When it is missing, a link fills it, or a field of it is named.
-pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMismatch>> {
-    let found = composer.external_input(path);
+pub fn input<P: ExternalPorts>(
+    ports: &P,
+    path: &str,
+    topic: &str,
+) -> Result<P::Property, Box<TopicMismatch>> {
+    let found = ports.external_input(path);
     let (property, field) =
         found.map_err(|error| TopicMismatch::new(path, topic, error.reason, error.help))?;
     if field.is_empty() {
@@ -64,20 +65,25 @@ pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Propert
 ///
 /// # Errors
 /// When it is missing, it has no value, or a field of it is named.
-pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMismatch>> {
+pub fn output<P: ExternalPorts>(
+    ports: &P,
+    path: &str,
+    topic: &str,
+) -> Result<P::Property, Box<TopicMismatch>> {
     let wrong = |reason: String, help| TopicMismatch::new(path, topic, reason, help);
-    let found = composer.board().find(path);
+    let found = ports.find(path);
     let (property, field) =
         found.map_err(|error| wrong(error.to_string(), "`slate list` shows the properties"))?;
     if !field.is_empty() {
         let reason = format!("`{field}` is a field, and a topic has a whole value");
         return Err(wrong(reason, "name the property"));
     }
-    if let Some((reason, help)) = composer.output_refusal(path) {
+    if let Some((reason, help)) = ports.output_refusal(path) {
         return Err(wrong(reason, help));
     }
-    match property.channel() {
-        Some(_) => Ok(property),
-        None => Err(wrong("it takes messages, and has no value".into(), "name an output")),
+    if property.has_value() {
+        Ok(property)
+    } else {
+        Err(wrong("it takes messages, and has no value".into(), "name an output"))
     }
 }

@@ -116,8 +116,8 @@ pub fn write(path: &Path, text: &str) -> io::Result<()> {
 }
 
 fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, Failure> {
-    let sets = [offline::NO_LOG_SETTINGS.map(String::from).to_vec(), options.set.clone()].concat();
-    let application = examples::find(name, options.agent.agent.as_deref(), Vec::new(), sets, None)?;
+    let (agent, sets) = (options.agent.agent.as_deref(), options.set.clone());
+    let application = examples::find(name, agent, Vec::new(), sets, None)?;
     let catalogue = offline::catalogue(&application)?;
     let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
     let survey = wired.check(&catalogue)?;

@@ -1,10 +1,27 @@
 //! Properties of the agent itself, which can be linked like outputs.
 
+use slate_blackboard::Store;
+use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Descriptor, Interface};
 
 use crate::own::LoopState;
 use crate::own::TimingHistogram;
 use crate::own::{LogCounts, LogLine};
+
+/// Capacity of the loop's properties.
+pub const LOOP_STORE: Store =
+    Store { capacity: 0, depth: 1, budget: Budget { latest: 16, queues: 4, window: 16 } };
+
+/// Returns the path of the durations of a stage of the main loop.
+pub fn stage_histogram(stage: &str) -> String {
+    format!("loop/{stage}/histogram")
+}
+
+/// Capacity of the log's properties.
+const LOG_STORE: Store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 8, window: 16 } };
+
+/// Number of log lines that are kept.
+const LOG_DEPTH: usize = 256;
 
 /// A property of the main loop or of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +57,15 @@ impl Host {
             Self::LoopHistogram => TimingHistogram::DESCRIPTOR,
             Self::LogTail => LogLine::DESCRIPTOR,
             Self::LogCounts => LogCounts::DESCRIPTOR,
+        }
+    }
+
+    /// Returns the capacity of the property.
+    pub fn store(self) -> Store {
+        match self {
+            Self::Loop | Self::LoopHistogram => LOOP_STORE,
+            Self::LogTail => Store { depth: LOG_DEPTH, ..LOG_STORE },
+            Self::LogCounts => LOG_STORE,
         }
     }
 

@@ -30,7 +30,7 @@ use std::sync::Arc;
 
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
-pub use host::Host;
+pub use host::{Host, LOOP_STORE, stage_histogram};
 
 use crate::OwnSetup;
 use crate::Played;
@@ -45,6 +45,7 @@ pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
 pub use links::{bridge_refusal, carrier_misfit, remote_path, ungated_command};
 pub use manual_values::manual_value_refusal;
+pub use names::port_at;
 use slate_configuration::{Configuration, Link, Mistake, Module};
 pub use unlinked::unlinked_warnings;
 
@@ -52,7 +53,7 @@ pub use unlinked::unlinked_warnings;
 pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
 /// Name of the additional port of isolated modules.
-const RESERVED_WHEN_ISOLATED: &str = "process";
+pub const RESERVED_WHEN_ISOLATED: &str = "process";
 
 /// A module of the composition.
 pub struct Surveyed<'a> {

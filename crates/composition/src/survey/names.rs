@@ -36,7 +36,7 @@ pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p s
 }
 
 /// Returns the module and the port that a path belongs to.
-pub(super) fn port_at(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
+pub fn port_at(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
     let (module, rest) = split_module(&survey.modules, path)?;
     let ports = &survey.modules[module].description.ports;
     let name = split_port(ports, rest).0;

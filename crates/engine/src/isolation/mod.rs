@@ -24,6 +24,6 @@ pub use arenas::Arenas;
 pub use child::enter;
 pub use library::{kinds as external_kinds, probe};
 pub use process::describe;
-pub use process_record::ModuleProcess;
 pub use proxy::{Isolation, Proxy};
+pub use slate_composition::own::ModuleProcess;
 pub use supervisor::Supervisor;

@@ -4,24 +4,8 @@ use std::os::unix::fs::FileExt;
 use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use slate_module::{Text, interface};
-
-/// State of an isolated module's process, as the property `/module/process`.
-/// Written when the process begins and ends, and once a second of the agent's time. It is not part of the reproducible
-/// results of a run.
-#[interface]
-pub struct ModuleProcess {
-    /// Memory that it has in use.
-    #[unit("B")]
-    pub memory: u64,
-    /// Process id; 0 while no process exists.
-    pub id: u32,
-    /// Number of restarts.
-    pub restarts: u32,
-    /// End of the last process that failed: by itself, or killed as it did not return.
-    /// Empty before the first.
-    pub last_end: Text<124>,
-}
+use slate_composition::own::ModuleProcess;
+use slate_module::Text;
 
 /// Account of the processes of a module: id, memory and last failure.
 #[derive(Debug, Default)]

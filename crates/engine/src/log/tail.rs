@@ -1,13 +1,11 @@
-use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
-use slate_blackboard::{Access, Board, BoardError, Store};
+use slate_blackboard::{Access, Board, BoardError};
+use slate_composition::Host;
 use slate_composition::own::{LogCounts, LogLevel, LogLine};
-use slate_module::{Interface, Level, Text};
+use slate_module::{Level, Text};
 
 use super::Record;
-
-/// Number of lines kept for a late reader.
-const DEPTH: usize = 256;
 
 /// Properties of the log, written by the logger's thread.
 ///
@@ -24,15 +22,15 @@ impl Tail {
     /// # Errors
     /// When a module has one of that name.
     pub fn new(board: &Board) -> Result<Self, BoardError> {
-        let writer = |path, doc, descriptor, depth| {
-            let store = Store { capacity: 0, depth, budget: Budget { latest: 8, queues: 8, window: 16 } };
-            let property = board.add_channel(path, doc, descriptor, store, Access::Output)?;
+        let writer = |own: Host, doc| {
+            let path = own.path();
+            let property = board.add_channel(path, doc, own.descriptor(), own.store(), Access::Output)?;
             let writer = property.channel().and_then(|channel| channel.writer().ok());
             writer.ok_or_else(|| BoardError::Exists { url: format!("/{path}") })
         };
         Ok(Self {
-            lines: writer("log/tail", "The last lines of the log.", LogLine::DESCRIPTOR, DEPTH)?,
-            counts: writer("log/counts", "Written, dropped and suppressed lines.", LogCounts::DESCRIPTOR, 1)?,
+            lines: writer(Host::LogTail, "The last lines of the log.")?,
+            counts: writer(Host::LogCounts, "Written, dropped and suppressed lines.")?,
             last: LogCounts { written: 0, dropped: 0, suppressed: 0 },
         })
     }

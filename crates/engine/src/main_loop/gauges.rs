@@ -7,9 +7,10 @@ use std::time::Duration;
 use super::LoopState;
 use crate::synchronization::{Emitter, Synchronization};
 use crate::timing::{Histogram, Label, LiveHistogram, TimingHistogram, Trace};
-use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Descriptor, Interface, View};
-use slate_blackboard::{Access, Board, Store};
+use slate_blackboard::{Access, Board};
+use slate_composition::{LOOP_STORE, stage_histogram};
 
 /// Measurements of the loop.
 #[derive(Debug, Default)]
@@ -69,7 +70,7 @@ impl StageGauge {
         let mut published = self.publication.locked();
         if published.0.is_none() {
             let doc = format!("Duration of the stage {}.", self.name);
-            *published = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
+            *published = (add(board, &stage_histogram(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
         }
     }
 
@@ -78,21 +79,15 @@ impl StageGauge {
         self.emitters().for_each(Emitter::unregister);
         if self.publication.locked().0.take().is_some() {
             // Its readers keep it.
-            let _ = board.remove(&path(&self.name));
+            let _ = board.remove(&stage_histogram(&self.name));
         }
     }
-}
-
-fn path(stage: &str) -> String {
-    format!("loop/{stage}/histogram")
 }
 
 /// Adds a property of the loop and returns its writer.
 /// No module can be named `loop`, so the path is free.
 fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
-    let budget = Budget { latest: 16, queues: 4, window: 16 };
-    let store = Store { capacity: 0, depth: 1, budget };
-    let property = board.add_channel(path, doc, descriptor, store, Access::Output).ok()?;
+    let property = board.add_channel(path, doc, descriptor, LOOP_STORE, Access::Output).ok()?;
     property.channel()?.writer().ok()
 }
 

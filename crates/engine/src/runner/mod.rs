@@ -42,6 +42,7 @@ pub use outputs::{Outputs, priority};
 pub use parameters::ParameterReader;
 pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub use requirements::{PortName, Requirements};
+pub(crate) use retired::within_create_timeout;
 pub use retired::{CallTimeout, Retired, describe};
 pub use schedule::TickSchedule;
 pub use services::ModuleServices;

@@ -46,6 +46,28 @@ pub fn describe(kind: &ModuleKind, setup: &OwnSetup, hang: Duration) -> Result<D
     }
 }
 
+/// Does the `create` of a module in a thread, with a timeout.
+/// It is `CREATE_TIMEOUT_FACTOR` times `hang`.
+///
+/// # Errors
+/// The module's refusal, or that the call does not return.
+pub fn within_create_timeout<R: Send + 'static>(
+    module: &str,
+    hang: Duration,
+    create: impl FnOnce() -> Result<R, Refusal> + Send + 'static,
+) -> Result<R, Refusal> {
+    let limit = hang * CREATE_TIMEOUT_FACTOR;
+    match run_with_timeout(thread_name(module), limit, create) {
+        Ok(made) => made,
+        Err(CallFailure::Late) => Err(late_create(limit)),
+        Err(failure) => Err(failure.describe("create", limit).into()),
+    }
+}
+
+fn late_create(limit: Duration) -> Refusal {
+    Refusal(format!("its create has not returned within {} ms", limit.as_millis()))
+}
+
 /// Reason why a call has no result.
 enum CallFailure {
     Late,
@@ -92,8 +114,7 @@ impl CallTimeout {
             // One that comes too late ends with this.
             Ok::<_, Refusal>(OwnedInstance { kind, instance })
         });
-        let late = || Refusal(format!("its create has not returned within {} ms", limit.as_millis()));
-        let mut owned = instance.ok_or_else(late)??;
+        let mut owned = instance.ok_or_else(|| late_create(limit))??;
         Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
     }
 

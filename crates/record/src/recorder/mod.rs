@@ -308,7 +308,7 @@ impl Recorder {
             return;
         }
         if state.settings.flight.enabled || !targets.is_empty() {
-            for own in unmatched_patterns(&state.settings.selection, agent.board()) {
+            for own in unmatched_patterns(&state.settings.selection, &**agent.board()) {
                 agent.logger().log(agent.now(), Level::Warn, &format!("{own}: {}", own.help));
             }
         }

@@ -1,7 +1,8 @@
 //! Selection of the recorded properties and values.
 
-use slate_blackboard::{Board, Pattern, nearest_paths};
+use slate_blackboard::{Pattern, nearest_paths};
 use slate_runtime::configuration::RecordSelection;
+use slate_runtime::{PropertyFacts, PropertyIndex};
 
 fn is_among(patterns: &[Pattern], path: &str) -> bool {
     patterns.iter().any(|pattern| pattern.matches(path))
@@ -36,8 +37,8 @@ pub struct UnmatchedPattern {
 }
 
 /// Returns the patterns of a selection that match none of the properties.
-pub fn unmatched_patterns(selection: &RecordSelection, board: &Board) -> Vec<UnmatchedPattern> {
-    let properties = board.properties();
+pub fn unmatched_patterns(selection: &RecordSelection, index: &impl PropertyIndex) -> Vec<UnmatchedPattern> {
+    let properties = index.properties();
     let paths = || properties.iter().map(|property| property.path());
     let chosen = selection.select.iter().map(|pattern| ("record.select", pattern));
     let ruled = selection.rules.iter().flat_map(|rule| &rule.select);

@@ -10,7 +10,8 @@ use slate_record::Recorder;
 use slate_record::replay::{Plan, Verdict};
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::{
-    Agent, Composer, Control, Cycle, End, ExternalContent, ExternalValue, Options, RecordedTimes,
+    Agent, Composer, Control, Cycle, End, ExternalContent, ExternalPorts, ExternalValue, Options,
+    RecordedTimes,
 };
 
 use crate::replay::repaired::verdict;

@@ -12,14 +12,14 @@ use super::composition::Composition;
 use super::handle::AgentHandle;
 use super::memories::Memories;
 use super::plugins::{self, PluginError, PluginLoader, host_catalogue};
-use super::remote_links::{self, RemoteLinks};
+use super::remote_links::RemoteLinks;
 use super::remotes::Remotes;
 use super::settings::FollowedSettings;
 use super::snapshot::SnapshotWatch;
 use super::{Agent, Mode, Options, logging, playing};
 use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
 use crate::sharing::Sharing;
-use slate_composition::Catalogue;
+use slate_composition::{Catalogue, check_facts};
 use slate_configuration::{Configuration, Database, Report};
 use slate_engine::clock::Clock;
 use slate_engine::isolation::Arenas;
@@ -141,9 +141,10 @@ impl Agent {
             handle.composition().snapshots.automatic = Some(Arc::<SnapshotWatch>::clone(&watch));
             shared.hooks.set_after_cycle(Box::new(move |shared, now| watch.look(shared, now)));
         }
-        let remote = RemoteLinks::new(&handle);
-        remote.check_facts(configuration)?;
-        remote.share().map_err(|error| remote_links::refused(configuration, error))?;
+        check_facts(configuration, &**handle.board(), |module| {
+            handle.composition().assembly.modules.contains_key(module)
+        })?;
+        RemoteLinks::new(&handle).share().map_err(|error| error.report(configuration))?;
         Ok(Self { handle, hang, threads, memories, settings: None })
     }
 

@@ -22,6 +22,7 @@ mod requests;
 mod running;
 mod settings;
 mod snapshot;
+mod start_check;
 mod teleoperation;
 
 use std::sync::Arc;
@@ -35,7 +36,7 @@ use crate::memory::MemoryError;
 use crate::snapshot::{Snapshot, SnapshotError};
 use actuators::GateOperator;
 pub use composer::{Composer, WeakComposer};
-pub use external::{CycleEnd, ExternalContent, ExternalInputError, ExternalValue, ValueWait};
+pub use external::{CycleEnd, ExternalContent, ExternalValue, ValueWait};
 use handle::AgentHandle;
 pub use handle::{ModuleStatus, PluginStatus};
 pub use links::{LinkStatus, NewLink, RemoteEnd};
@@ -51,6 +52,7 @@ use slate_configuration::{Configuration, Database};
 use slate_engine::log::Logger;
 use slate_engine::main_loop::End;
 use snapshot::SnapshotRestorer;
+pub use start_check::check_start;
 pub use teleoperation::{CommandError, ControlsError, ControlsHolder, Teleoperation};
 
 /// Loaded agent, ready to run.

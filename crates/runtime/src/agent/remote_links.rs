@@ -11,7 +11,6 @@ use crate::sharing::{
     About, Inspection, RemotePath, SharingAgent, SharingError, SharingHost, Site, Standing, TeamExchange,
     Want, clocks,
 };
-use slate_configuration::{Configuration, Report};
 use slate_engine::runner::ModuleCondition;
 
 /// Relation of an agent to other agents.
@@ -22,28 +21,6 @@ pub(super) struct RemoteLinks<'c> {
 impl<'c> RemoteLinks<'c> {
     pub fn new(agent: &'c AgentHandle) -> Self {
         Self { agent }
-    }
-
-    /// Checks that the properties of stated facts exist.
-    /// A property may be absent if its module is of a plugin that is not loaded.
-    pub fn check_facts(&self, configuration: &Configuration) -> Result<(), Report> {
-        let composition = self.agent.composition();
-        let facts = configuration.share().and_then(|share| share.knowledge.as_ref());
-        for (topic, path) in facts.iter().flat_map(|knowledge| &knowledge.facts) {
-            let waits = configuration.modules().iter().any(|module| {
-                let name = module.name.value.as_str();
-                let is_its = path.value.strip_prefix(name).is_some_and(|rest| rest.starts_with('/'));
-                is_its && !composition.assembly.modules.contains_key(name)
-            });
-            if let Err(error) = self.agent.board().find(&path.value)
-                && !waits
-            {
-                let message = format!("what this robot states about `{topic}`: {error}");
-                let help = "name the output of a block that states facts: \"block/output\"".to_owned();
-                return Err(configuration.diagnostic(path.span, message, Some(help)).into());
-            }
-        }
-        Ok(())
     }
 
     /// Sends the links' demand to the sharing; the first call starts it.
@@ -216,31 +193,5 @@ impl SharingAgent for WeakHandle {
         if let Some(agent) = self.upgrade() {
             agent.log(level, text);
         }
-    }
-}
-
-/// Returns the report of a sharing error, at its place in the configuration.
-pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Report {
-    let SharingError { message, help, about } = error;
-    let Some(share) = configuration.share() else {
-        return slate_configuration::Diagnostic::without_place(message, help).into();
-    };
-    let credentials = share.security.as_ref().and_then(|security| security.credentials.as_ref());
-    let listen =
-        share.listen.iter().find(|at| matches!(&about, About::Listen(endpoint) if *endpoint == at.value));
-    let place = match &about {
-        About::Sharing | About::Listen(_) => listen.map(|at| at.span),
-        About::Agent(name) => share.agents.get(name).map(|at| at.span),
-        About::Security => share.security.as_ref().map(|security| security.place),
-        About::Certificate => credentials.map(|credentials| credentials.certificate.span),
-        About::Key => credentials.map(|credentials| credentials.key.span),
-        About::Authority => credentials.map(|credentials| credentials.authority.span),
-    };
-    // An agent is found under its own name when no endpoint is written, and then there is no place to show.
-    let usual = configuration.value("share.listen").is_none();
-    let is_shown = |place: &_| !usual || share.listen.iter().all(|at| at.span != *place);
-    match place.or_else(|| share.listen.first().map(|at| at.span)).filter(is_shown) {
-        Some(place) => configuration.diagnostic(place, message, help).into(),
-        None => slate_configuration::Diagnostic::without_place(message, help).into(),
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
-use slate_runtime::{Agent, ExternalContent, ExternalValue, NewLink};
+use slate_runtime::{Agent, ExternalContent, ExternalPorts, ExternalValue, NewLink};
 
 use crate::links::common::number;
 use crate::links::support::{lockstep, steps};

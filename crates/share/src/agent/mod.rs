@@ -22,6 +22,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
+use slate_runtime::configuration::{Configuration, Report};
 use slate_runtime::sharing::{
     About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, TeamExchange, Want,
 };
@@ -169,9 +170,10 @@ impl AgentSharing {
     ///
     /// # Errors
     /// The first endpoint that can't.
-    pub fn check(&self, site: &Site) -> Result<(), SharingError> {
+    pub fn check(&self, configuration: &Configuration) -> Result<(), Report> {
+        let Some(share) = configuration.share() else { return Ok(()) };
         let carriers = KnownCarriers::new(self.carriers.clone());
-        let has_certificate = site.security.as_ref().is_some_and(|security| security.credentials.is_some());
+        let has_certificate = share.security.as_ref().is_some_and(|security| security.credentials.is_some());
         let check = |endpoint: &str| {
             let carrier = carriers.of(endpoint)?;
             match has_certificate && endpoint.starts_with("tls:") {
@@ -179,12 +181,12 @@ impl AgentSharing {
                 false => carrier.check(endpoint),
             }
         };
-        let listen = site.listen.iter().map(|endpoint| (About::Listen(endpoint.clone()), endpoint));
-        let agents = site.agents.iter().map(|(agent, endpoint)| (About::Agent(agent.clone()), endpoint));
+        let listen = share.listen.iter().map(|at| (About::Listen(at.value.clone()), &at.value));
+        let agents = share.agents.iter().map(|(agent, at)| (About::Agent(agent.clone()), &at.value));
         for (about, endpoint) in listen.chain(agents) {
             let refused =
                 |error: CarrierError| SharingError { message: error.to_string(), help: help(&error), about };
-            check(endpoint).map_err(refused)?;
+            check(endpoint).map_err(refused).map_err(|error| error.report(configuration))?;
         }
         Ok(())
     }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value as Json};
 use slate_blackboard::interface::{Descriptor, View, edit};
-use slate_blackboard::{Carrier, Property, Shape};
+use slate_blackboard::{Access, Property, Shape};
 use slate_record::ros::Schema;
-use slate_runtime::Composer;
 use slate_runtime::configuration::Span;
+use slate_runtime::{ExternalPorts, PropertyFacts};
 
 use crate::message_type::MessageType;
 use crate::mismatch::{TopicMismatch, input, output};
@@ -84,14 +84,14 @@ pub fn json(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Json
 /// # Errors
 /// The first that does not fit.
 pub fn check_services(
-    composer: &Composer,
+    ports: &impl ExternalPorts,
     offers: &[ServiceOffer],
     calls: &[ServiceCall],
 ) -> Result<(), Box<TopicMismatch>> {
-    offers.iter().try_for_each(|offer| inbox(composer, offer).map(drop))?;
+    offers.iter().try_for_each(|offer| inbox(ports, offer).map(drop))?;
     calls.iter().try_for_each(|call| {
-        outbox(composer, call)?;
-        call.response.as_ref().map_or(Ok(()), |input| answer_input(composer, call, input).map(drop))
+        outbox(ports, call)?;
+        call.response.as_ref().map_or(Ok(()), |input| answer_input(ports, call, input).map(drop))
     })
 }
 
@@ -99,35 +99,41 @@ pub fn check_services(
 ///
 /// # Errors
 /// The inbox is missing, or does not fit.
-pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<FittingPort, Box<TopicMismatch>> {
+pub fn inbox<P: ExternalPorts>(
+    ports: &P,
+    offer: &ServiceOffer,
+) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
     let port = NamedPort { path: &offer.inbox, topic: &offer.service, place: offer.place };
-    port.inbox(composer, offer.service_type.request(), &offer.value)
+    port.inbox(ports, offer.service_type.request(), &offer.value)
 }
 
 /// Returns the outbox that calls a service, with the pairs for its messages.
 ///
 /// # Errors
 /// The outbox is missing, or does not fit.
-pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<FittingPort, Box<TopicMismatch>> {
+pub fn outbox<P: ExternalPorts>(
+    ports: &P,
+    call: &ServiceCall,
+) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
     let port = NamedPort { path: &call.outbox, topic: &call.service, place: call.place };
-    port.outbox(composer, call.service_type.request())
+    port.outbox(ports, call.service_type.request())
 }
 
 /// Returns the input that is set to responses, with the pairs for its values.
 ///
 /// # Errors
 /// The input is missing, or does not fit.
-pub fn answer_input(
-    composer: &Composer,
+pub fn answer_input<P: ExternalPorts>(
+    ports: &P,
     call: &ServiceCall,
     input: &str,
-) -> Result<FittingPort, Box<TopicMismatch>> {
+) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
     let port = NamedPort { path: input, topic: &call.service, place: call.place };
-    port.input(composer, call.service_type.response())
+    port.input(ports, call.service_type.response())
 }
 
 /// Port that fits messages, with the pairs of fields.
-pub type FittingPort = (Arc<Property>, FieldPairs);
+pub type FittingPort<P = Arc<Property>> = (P, FieldPairs);
 
 /// Port that a service or an action names.
 #[derive(Clone, Copy, Debug)]
@@ -150,15 +156,15 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The inbox is missing, or does not fit.
-    pub fn inbox(
+    pub fn inbox<P: ExternalPorts>(
         &self,
-        composer: &Composer,
+        ports: &P,
         message_type: &MessageType,
         value: &Json,
-    ) -> Result<FittingPort, Box<TopicMismatch>> {
-        let (property, shape) = message_port(composer, self.path)
+    ) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
+        let (property, shape) = message_port(ports, self.path)
             .map_err(|reason| self.mismatch(reason, "`slate list` shows the inboxes"))?;
-        composer.external_inbox(self.path).map_err(|error| self.mismatch(error.reason, error.help))?;
+        ports.external_inbox(self.path).map_err(|error| self.mismatch(error.reason, error.help))?;
         let descriptor = property.descriptor();
         let pairs = FieldPairs::new(message_type.schema(), descriptor);
         let value = message_type.empty().map(|message| pairs.value(&message, value));
@@ -178,9 +184,9 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// It is missing.
-    pub fn message_port(&self, composer: &Composer) -> Result<Arc<Property>, Box<TopicMismatch>> {
+    pub fn message_port<P: ExternalPorts>(&self, ports: &P) -> Result<P::Property, Box<TopicMismatch>> {
         let help = "name an outbox that no link of [links] has; `slate graph` shows the ports";
-        let found = message_port(composer, self.path);
+        let found = message_port(ports, self.path);
         found.map(|(property, _)| property).map_err(|reason| self.mismatch(reason, help))
     }
 
@@ -188,12 +194,12 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The outbox is missing, or does not fit.
-    pub fn outbox(
+    pub fn outbox<P: ExternalPorts>(
         &self,
-        composer: &Composer,
+        ports: &P,
         message_type: &MessageType,
-    ) -> Result<FittingPort, Box<TopicMismatch>> {
-        let property = self.message_port(composer)?;
+    ) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
+        let property = self.message_port(ports)?;
         let pairs = self.sent_pairs(&property, message_type)?;
         Ok((property, pairs))
     }
@@ -202,12 +208,12 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The output is missing, or no field of it fits.
-    pub fn output(
+    pub fn output<P: ExternalPorts>(
         &self,
-        composer: &Composer,
+        ports: &P,
         message_type: &MessageType,
-    ) -> Result<FittingPort, Box<TopicMismatch>> {
-        let property = output(composer, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
+    ) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
+        let property = output(ports, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
         let pairs = self.sent_pairs(&property, message_type)?;
         if pairs.pairs.is_empty() && message_type.schema().field_names().next().is_some() {
             let theirs: Vec<_> = message_type.schema().field_names().collect();
@@ -221,7 +227,7 @@ impl NamedPort<'_> {
     /// Returns the pairs of fields that convert values of a port to messages.
     fn sent_pairs(
         &self,
-        property: &Property,
+        property: &impl PropertyFacts,
         message_type: &MessageType,
     ) -> Result<FieldPairs, Box<TopicMismatch>> {
         let descriptor = property.descriptor();
@@ -237,14 +243,14 @@ impl NamedPort<'_> {
     ///
     /// # Errors
     /// The input is missing, or does not fit.
-    pub fn input(
+    pub fn input<P: ExternalPorts>(
         &self,
-        composer: &Composer,
+        ports: &P,
         message_type: &MessageType,
-    ) -> Result<FittingPort, Box<TopicMismatch>> {
-        let property = input(composer, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
+    ) -> Result<FittingPort<P::Property>, Box<TopicMismatch>> {
+        let property = input(ports, self.path, self.topic).map_err(|mismatch| mismatch.at(self.place))?;
         let pairs = FieldPairs::new(message_type.schema(), property.descriptor());
-        let shape = property.channel().map(|channel| channel.shape());
+        let shape = property.has_value().then(|| property.shape());
         let checked = message_type.empty().and_then(|message| {
             let value = pairs.value(&message, &Json::Null);
             shape.map_or(Ok(Vec::new()), |shape| bytes(property.descriptor(), shape, &value))
@@ -256,13 +262,12 @@ impl NamedPort<'_> {
 }
 
 /// Returns the inbox or outbox at a path, and its shape.
-fn message_port(composer: &Composer, path: &str) -> Result<(Arc<Property>, Shape), String> {
-    let (property, field) = composer.board().find(path).map_err(|error| error.to_string())?;
-    match property.carrier() {
-        Carrier::Mailbox(message_port) if field.is_empty() && property.path() == path => {
-            let shape = message_port.shape();
-            Ok((property, shape))
-        }
-        _ => Err("it takes no messages".into()),
+fn message_port<P: ExternalPorts>(ports: &P, path: &str) -> Result<(P::Property, Shape), String> {
+    let (property, field) = ports.find(path).map_err(|error| error.to_string())?;
+    if property.access() == Access::Messages && field.is_empty() && property.path() == path {
+        let shape = property.shape();
+        Ok((property, shape))
+    } else {
+        Err("it takes no messages".into())
     }
 }

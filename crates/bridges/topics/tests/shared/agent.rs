@@ -16,7 +16,8 @@ use slate_record::replay::{Comparison, Verdict};
 use slate_runtime::configuration::{Configuration, Database, Options as Sources, Record};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{
-    Agent, Composer, Control, ExternalContent, ExternalValue, Options, Rate, RecordedTimes, Stopper,
+    Agent, Composer, Control, ExternalContent, ExternalPorts, ExternalValue, Options, Rate, RecordedTimes,
+    Stopper,
 };
 
 /// Longest wait of a test.

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
-use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder};
-use slate_composition::{Survey, Wire};
+use super::{BuildMoment, HostResources, ModuleBuilder};
+use slate_composition::{BuildPlan, Survey, Wire};
 use slate_configuration::Configuration;
 
 /// Writers of deeper channels for present modules' outputs, by module and path.

@@ -8,16 +8,13 @@ use slate_blackboard::channel::ValueMemory;
 use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
-use super::{BuildPlan, ModuleBuilder};
-use slate_composition::{LinkSource, Wire};
+use super::ModuleBuilder;
+use slate_composition::{BuildPlan, LinkSource, Wire, has_enough_memory};
 use slate_engine::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use slate_engine::runner::Supervised;
 
 /// Duration of a step, in deadlines, after which it counts as not returning.
 const DEADLINES: u64 = 10;
-/// Memory that a process allocates beside its module, bytes.
-/// It includes room for its stack and its log.
-const LEAST_MEMORY: usize = 1 << 20;
 
 /// Builder of the resources of isolated modules.
 pub(super) struct IsolationBuilder<'b, 'a, 's> {
@@ -75,26 +72,6 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         None
     }
 
-    /// Checks that a module's memory limit suffices for copies of its values.
-    /// Complains if not.
-    fn has_enough(&mut self, m: usize) -> Option<()> {
-        let surveyed = self.plan.surveyed(m);
-        let description = &surveyed.description;
-        let values = description.ports.iter().map(|port| {
-            let shape = port.descriptor.shape(port.capacity);
-            shape.bytes(shape.capacity).saturating_mul(port.window.max(1))
-        });
-        let needed = values.fold(LEAST_MEMORY + description.params.size, usize::saturating_add) as u64;
-        let wanted = surveyed.module.isolation;
-        let Some(span) = wanted.memory_at.filter(|_| wanted.memory < needed) else { return Some(()) };
-        let message = format!(
-            "`{}` may allocate {} bytes, and its ports and what every module needs have {needed}",
-            surveyed.module.name.value, wanted.memory
-        );
-        self.builder.complaints.add(span, message, "give it more memory, such as \"100MB\"");
-        None
-    }
-
     /// Returns the supervision of an isolated module.
     /// `None` for other modules, or after a complaint.
     pub fn supervised(&mut self, m: usize) -> Option<Supervised> {
@@ -119,8 +96,10 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             let arena = self.builder.resources.arenas.own(self.plan.name(writer));
             readable.push(self.arena(m, arena)?);
         }
-        self.has_enough(m)?;
         let surveyed = self.plan.surveyed(m);
+        if !has_enough_memory(surveyed, &mut self.builder.complaints) {
+            return None;
+        }
         let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
         let tick_timeout = match surveyed.deadline {

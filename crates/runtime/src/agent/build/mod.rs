@@ -3,7 +3,6 @@
 mod actuators;
 mod deepening;
 mod isolation;
-mod plan;
 mod properties;
 mod resources;
 mod rewiring;
@@ -23,12 +22,14 @@ use super::Mode;
 use actuators::GateBuilder;
 pub(super) use deepening::deepening;
 use isolation::IsolationBuilder;
-use plan::{BuildPlan, SPARE_READERS};
 use properties::PropertyBuilder;
 pub(super) use resources::{HostResources, ResourceMark};
 pub(super) use rewiring::{Rewiring, rewire};
 use runners::RunnerBuilder;
-use slate_composition::{DiagnosticCollector, Survey, Wire};
+use slate_composition::{
+    BuildPlan, DiagnosticCollector, SAME_PATH, SPARE_READERS, Survey, Wire, interface_conflict,
+    reader_refusal,
+};
 use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Runner;
 use wiring::WiringBuilder;
@@ -112,7 +113,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
         result.map_err(|error| {
             let span = self.plan.surveyed(module).module.name.span;
-            self.complaints.add(span, error.to_string(), "rename one of the two");
+            self.complaints.add(span, error.to_string(), SAME_PATH);
             Failed
         })
     }
@@ -151,15 +152,8 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         if property.has_writer()
             || plan.survey.joints.iter().any(|joint| plan.target_path(joint.target) == path)
         {
-            let message = format!(
-                "`/{path}` is {} {:016x}, but its readers were linked to {} {:016x}",
-                descriptor.name,
-                descriptor.hash,
-                property.descriptor().name,
-                property.descriptor().hash
-            );
-            let span = plan.surveyed(module).module.name.span;
-            self.complaints.add(span, message, "build both with the same version of the interface");
+            let (message, help) = interface_conflict(path, descriptor, property.descriptor());
+            self.complaints.add(plan.surveyed(module).module.name.span, message, help);
             return Err(Failed);
         }
         // It was there a moment ago.
@@ -226,13 +220,8 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         };
         let link = self.plan.joints(m, wire).next().map(|joint| joint.link.from.span);
         let span = link.unwrap_or(self.plan.surveyed(m).module.name.span);
-        let help = "write the link into the file and start the agent again: a property is made for the readers that \
-                    links name then, and some more";
-        self.complaints.add(
-            span,
-            format!("`/{}` can't take one more reader: {error}", property.path()),
-            help,
-        );
+        let (message, help) = reader_refusal(property.path(), &error);
+        self.complaints.add(span, message, help);
         None
     }
 }

@@ -8,10 +8,10 @@ use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 use slate_module::{Direction, Interface, PortDescription};
 
-use super::{BuildMoment, BuildPlan, Failed, ModuleBuilder, SPARE_READERS};
+use super::{BuildMoment, Failed, ModuleBuilder};
 use crate::aspects::followed;
 use slate_composition::parameters::enabled_descriptor;
-use slate_composition::{Implied, LinkSource, Wire};
+use slate_composition::{BuildPlan, Implied, LinkSource, PlannedPort, SPARE_READERS, Wire};
 use slate_engine::runner::{ModuleState, ModuleTiming};
 use slate_engine::timing::TimingHistogram;
 
@@ -40,29 +40,17 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.played(m)?;
         for (p, port) in self.plan.surveyed(m).description.ports.iter().enumerate() {
             let path = self.plan.port_path(m, p);
-            match port.direction {
-                Direction::Output | Direction::Debug | Direction::Command => {
-                    self.output_property(m, LinkSource::Port(m, p), &path, port)?;
+            match PlannedPort::of(self.plan, m, p) {
+                PlannedPort::Output => self.output_property(m, LinkSource::Port(m, p), &path, port)?,
+                PlannedPort::Messages => self.mailbox(m, &path, port)?,
+                PlannedPort::Alias(source) => {
+                    self.alias(m, &path, source)?;
+                    self.absent(m, source, port)?;
                 }
-                Direction::Inbox => self.mailbox(m, &path, port)?,
-                Direction::Input | Direction::Queue => match self.plan.joint(m, Wire::Port(p)) {
-                    Some(joint) => {
-                        let target = joint.target;
-                        self.alias(m, &path, target)?;
-                        self.absent(m, target, port)?;
-                    }
-                    None if self.plan.is_converted(m, Wire::Port(p)) => {
-                        self.converted(m, Wire::Port(p), &path)?;
-                    }
-                    None => self.setting(m, &path, p)?,
-                },
-                Direction::Aspect | Direction::Provider => {}
-                Direction::Outbox => match self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target) {
-                    Some(target) => self.absent(m, target, port)?,
-                    // What is sent waits there for a bridge.
-                    None if self.plan.configuration.is_outgoing(&path) => self.mailbox(m, &path, port)?,
-                    None => {}
-                },
+                PlannedPort::Converted => self.converted(m, Wire::Port(p), &path)?,
+                PlannedPort::Setting => self.setting(m, &path, p)?,
+                PlannedPort::Sent(inbox) => self.absent(m, inbox, port)?,
+                PlannedPort::Nothing => {}
             }
         }
         self.implied(m)

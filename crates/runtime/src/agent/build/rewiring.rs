@@ -6,8 +6,8 @@ use std::sync::Arc;
 use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
-use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder, WiringBuilder};
-use slate_composition::{Survey, Wire};
+use super::{BuildMoment, HostResources, ModuleBuilder, WiringBuilder};
+use slate_composition::{BuildPlan, Survey, Wire};
 use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Wiring;
 

@@ -8,10 +8,9 @@ use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Carrier, Stamp};
 use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Random};
 
-use super::{BuildPlan, ModuleBuilder, WiringBuilder, new_writer};
+use super::{ModuleBuilder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
-use slate_composition::{Surveyed, Wire};
-use slate_configuration::Mistake;
+use slate_composition::{BuildPlan, Surveyed, Wire, add_refusal};
 use slate_engine::runner::{
     AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
     ModuleTiming, OutboxPort, OutputPort, Outputs, ParameterReader, Requirements, Runner, RunnerStatus,
@@ -186,20 +185,8 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
                 Some(())
             }
             Err(refusal) => {
-                let message = format!("`{}` can't be set up: {refusal}", runner.name);
-                let (configuration, module) = (self.plan.configuration, self.plan.surveyed(m).module);
-                let complaints = &mut self.builder.complaints;
-                match (module.place_of(&refusal.0), message.rsplit_once("; ")) {
-                    // What to do about a parameter stands at the end.
-                    (Some(place), Some((message, help))) => {
-                        complaints.add(place, Mistake::Value.of(message.to_owned()), help);
-                    }
-                    (Some(place), None) => complaints.add_without_help(place, Mistake::Value.of(message)),
-                    (None, _) => match configuration.place_of(&refusal.0) {
-                        Some(place) => complaints.add_without_help(place, message),
-                        None => complaints.add(module.name.span, message, "fix its parameters or its setup"),
-                    },
-                }
+                let module = self.plan.surveyed(m).module;
+                add_refusal(self.plan.configuration, module, &refusal, &mut self.builder.complaints);
                 None
             }
         }

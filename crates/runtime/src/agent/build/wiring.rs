@@ -10,11 +10,10 @@ use slate_blackboard::{Carrier, Property};
 use slate_module::Direction;
 
 use super::resources::ModuleSignals;
-use super::{BuildPlan, ModuleBuilder, new_writer};
+use super::{ModuleBuilder, new_writer};
 use slate_composition::link::{FieldPlace, Program};
-use slate_composition::{Implied, LinkConversion, LinkSource, ResolvedLink, Wire};
+use slate_composition::{BuildPlan, Implied, LinkConversion, LinkSource, ResolvedLink, Wire, shallow_source};
 use slate_configuration::LinkPolicy;
-use slate_configuration::Mistake;
 use slate_engine::runner::{
     AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
@@ -372,16 +371,8 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             let target = joint.map(|joint| joint.target);
             if !enough && target.and_then(|target| self.plan.writing(target)).is_none() {
                 let span = link.map_or(self.plan.surveyed(m).module.name.span, |link| link.from.span);
-                let message = Mistake::Ends.of(format!(
-                    "`/{}` keeps {} values, and `{}/{}` takes up to {window} at once, which needs {}",
-                    property.path(),
-                    channel.depth(),
-                    self.plan.name(m),
-                    port.name,
-                    window * 2
-                ));
-                let help = "link it to an output of a module, or write the link into the file and start the agent again: \
-                            a property keeps as many values as the queues need that are linked then";
+                let port = self.plan.port_path(m, p);
+                let (message, help) = shallow_source(property.path(), channel.depth(), &port, window);
                 self.builder.complaints.add(span, message, help);
                 return None;
             }

@@ -2,17 +2,17 @@
 
 mod configuration;
 mod operation;
+mod ports;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
-use slate_blackboard::{Board, BoardError, Property};
+use slate_blackboard::{Board, BoardError};
+use slate_composition::ExternalInputError;
 use slate_module::{Level, Parameter, PortDescription};
 
-use super::external::{
-    CycleEnd, ExternalInputError, ExternalInputs, ExternalValue, ValueWait, hand_refusal, output_refusal,
-};
+use super::external::{CycleEnd, ExternalInputs, ExternalValue, ValueWait};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
@@ -143,12 +143,6 @@ impl Composer {
         self.agent.overview().port(path)
     }
 
-    /// Returns the reason for which an input can't be set by hand, if any.
-    /// Such an input moves a robot past its gate, or only Knowledge sets it.
-    pub fn hand_refusal(&self, input: &str) -> Option<String> {
-        hand_refusal(&self.agent, input)
-    }
-
     /// Lists the loaded plugins, and the unloaded ones of the configuration.
     /// During a change they are those from before it.
     pub fn plugins(&self) -> Vec<PluginStatus> {
@@ -174,29 +168,6 @@ impl Composer {
     /// Waits for a short time until the recorder has stored all changes.
     pub fn settle_changes(&self) {
         self.agent.recorder.settle();
-    }
-
-    /// Returns an input that a program outside of the agent can set, and its field.
-    /// No link fills the input; the path names the field. Its [`set_external`](Property::set_external) marks it for
-    /// tools and recordings, from which a rerun takes the values.
-    ///
-    /// # Errors
-    /// The reason for which it can't be filled.
-    pub fn external_input(&self, input: &str) -> Result<(Arc<Property>, String), ExternalInputError> {
-        ExternalInputs::new(&self.agent).find(input)
-    }
-
-    /// Returns why a program outside can't read a property, with the remedy.
-    pub fn output_refusal(&self, path: &str) -> Option<(String, &'static str)> {
-        output_refusal(&self.agent, path)
-    }
-
-    /// Returns the inbox at a path, if external programs may send to it.
-    ///
-    /// # Errors
-    /// When it is no inbox, or takes messages of blocks alone.
-    pub fn external_inbox(&self, inbox: &str) -> Result<Arc<Property>, ExternalInputError> {
-        ExternalInputs::new(&self.agent).find_inbox(inbox)
     }
 
     /// Sets inputs to values from outside, in their order; returns their results.

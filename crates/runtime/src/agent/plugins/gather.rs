@@ -278,6 +278,7 @@ pub(in crate::agent) fn host_catalogue(sharing: Option<&dyn Sharing>) -> Catalog
         has_jpeg: sharing.is_some_and(Sharing::has_jpeg),
         services: crate::aspects::services().collect(),
         describe: slate_engine::runner::describe,
+        set_up: slate_engine::set_up,
         ..Catalogue::default()
     }
 }

@@ -14,7 +14,7 @@ use super::handle::AgentHandle;
 use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
 use capture::{HeldSeats, LIMIT, SnapshotSubjects};
 pub(super) use restore::SnapshotRestorer;
-pub(super) use watch::SnapshotWatch;
+pub(super) use watch::{SnapshotWatch, check_trigger};
 
 /// Taker of an agent's snapshots.
 pub(super) struct SnapshotTaker<'c> {

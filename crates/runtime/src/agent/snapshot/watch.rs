@@ -14,6 +14,7 @@ use super::capture::{SnapshotSubjects, marks};
 use crate::agent::composition::AutomaticSnapshot;
 use crate::agent::handle::{AgentHandle, WeakHandle};
 use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
+use slate_composition::{PropertyFacts, PropertyIndex};
 use slate_configuration::{Configuration, Report, Spanned};
 use slate_engine::main_loop::{Flow, SharedLoop};
 
@@ -122,6 +123,41 @@ fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Resul
     }
 }
 
+/// Checks the table of automatic snapshots.
+/// Returns the property of its condition, with the field.
+///
+/// # Errors
+/// A file that can't be written, or a condition on no number.
+pub(in crate::agent) fn check_trigger<I: PropertyIndex>(
+    configuration: &Configuration,
+    index: &I,
+) -> Result<Option<(I::Property, FieldPath)>, Report> {
+    let Some(trigger) = configuration.snapshot() else { return Ok(None) };
+    check_folder(configuration, &trigger.file)?;
+    let Some(when) = &trigger.when else { return Ok(None) };
+    let wrong = |message: String, help: &str| -> Report {
+        configuration.diagnostic(when.span, message, Some(help.into())).into()
+    };
+    let found = index.resolve(&when.value.field);
+    let (property, field) =
+        found.map_err(|error| wrong(error.to_string(), "name a property and a field of it"))?;
+    let path = find(property.descriptor(), &field)
+        .map_err(|error| wrong(error.to_string(), "name a field of the property"))?;
+    if !property.has_value() {
+        return Err(no_value(configuration, when, property.path()));
+    }
+    if !is_number(path.kind()) {
+        let message = format!("`{}` is {}", when.value.field, path.kind().describe());
+        return Err(wrong(message, "name a field that is a number or a truth value"));
+    }
+    Ok(Some((property, path)))
+}
+
+fn no_value(configuration: &Configuration, when: &Spanned<SnapshotCondition>, path: &str) -> Report {
+    let message = format!("/{path} has no value to look at");
+    configuration.diagnostic(when.span, message, Some("name another property".into())).into()
+}
+
 fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -134,30 +170,14 @@ impl SnapshotWatch {
         agent: &AgentHandle,
     ) -> Result<Option<Arc<Self>>, Report> {
         let Some(trigger) = configuration.snapshot() else { return Ok(None) };
-        check_folder(configuration, &trigger.file)?;
-        let field = match &trigger.when {
-            None => None,
-            Some(when) => {
-                let wrong = |message: String, help: &str| -> Report {
-                    configuration.diagnostic(when.span, message, Some(help.into())).into()
-                };
+        let field = match (check_trigger(configuration, &*shared.board)?, &trigger.when) {
+            (Some((property, path)), Some(when)) => {
                 let condition = when.value.clone();
-                let found = shared.board.resolve(&condition.field);
-                let (property, field) =
-                    found.map_err(|error| wrong(error.to_string(), "name a property and a field of it"))?;
-                let descriptor = property.descriptor();
-                let path = find(descriptor, &field)
-                    .map_err(|error| wrong(error.to_string(), "name a field of the property"))?;
                 let reader = property.channel().and_then(|channel| channel.latest().ok());
-                let reader = reader.ok_or_else(|| {
-                    wrong(format!("/{} has no value to look at", property.path()), "name another property")
-                })?;
-                if !is_number(path.kind()) {
-                    let message = format!("`{}` is {}", condition.field, path.kind().describe());
-                    return Err(wrong(message, "name a field that is a number or a truth value"));
-                }
-                Some(ConditionField { condition, reader, descriptor, path })
+                let reader = reader.ok_or_else(|| no_value(configuration, when, property.path()))?;
+                Some(ConditionField { condition, reader, descriptor: property.descriptor(), path })
             }
+            _ => None,
         };
         let looked = Looked { late: false, held: false, field };
         Ok(Some(Arc::new(Self {

@@ -1,34 +1,53 @@
-//! Build plan: the modules and links that a survey has found.
+//! Build plan: queries for all that an agent makes of a survey.
+
+mod gates;
+mod planned_port;
+mod properties;
 
 use slate_blackboard::channel::Budget;
+use slate_configuration::Configuration;
 use slate_module::{Direction, PortDescription, Trigger};
 
-use slate_composition::{LinkSource, ResolvedLink, Survey, Surveyed, Wire};
-use slate_configuration::Configuration;
+use crate::survey::{LinkSource, ResolvedLink, Survey, Surveyed};
+use crate::{Wire, survey};
+pub use gates::{PlannedGate, planned_gate};
+pub use planned_port::PlannedPort;
+pub use properties::{
+    PlannedProperty, SAME_ACTUATOR, SAME_PATH, gate_stores, interface_conflict, planned_properties,
+    reader_refusal, shallow_source,
+};
 
 /// Reader handles for tools, and for modules that come later.
-pub(super) const SPARE_READERS: u16 = 16;
+pub const SPARE_READERS: u16 = 16;
 /// Queue readers for tools, and for modules that come later.
 const SPARE_QUEUES: u16 = 4;
 /// Default window of a queue whose reader is not loaded yet, in values.
 const USUAL_WINDOW: usize = 16;
 
+/// Error whose diagnostic was added.
+struct PlanRefusal;
+
 /// Configuration and survey, with the queries of a builder.
 #[derive(Clone, Copy)]
-pub(super) struct BuildPlan<'a, 's> {
+pub struct BuildPlan<'a, 's> {
+    /// Configuration with the inferred links.
     pub configuration: &'a Configuration,
+    /// Modules and links of it.
     pub survey: &'s Survey<'a>,
 }
 
 impl<'a, 's> BuildPlan<'a, 's> {
+    /// Returns a module by its index.
     pub fn surveyed(self, module: usize) -> &'s Surveyed<'a> {
         &self.survey.modules[module]
     }
 
+    /// Returns the name of a module.
     pub fn name(self, module: usize) -> &'a str {
         &self.surveyed(module).module.name.value
     }
 
+    /// Returns a port of a module.
     pub fn port(self, module: usize, port: usize) -> &'s PortDescription {
         &self.surveyed(module).description.ports[port]
     }
@@ -37,7 +56,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
     pub fn part(self, target: LinkSource) -> &'static str {
         match target {
             LinkSource::Port(module, port) => {
-                slate_composition::part(&self.surveyed(module).description, self.port(module, port))
+                survey::part(&self.surveyed(module).description, self.port(module, port))
             }
             _ => "",
         }
@@ -58,10 +77,12 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.joints(module, wire).any(|joint| !joint.is_plain())
     }
 
+    /// Returns the links of a port.
     pub fn joints(self, module: usize, wire: Wire) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
         self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
     }
 
+    /// Returns the path of a link's source.
     pub fn target_path(self, target: LinkSource) -> String {
         self.survey.path(self.configuration, target)
     }
@@ -92,6 +113,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
         (if absent { depth.max(USUAL_WINDOW * 2) } else { depth }, budget)
     }
 
+    /// Returns true if a module exists.
     pub fn is_there(self, module: &str) -> bool {
         self.survey.modules.iter().any(|surveyed| surveyed.module.name.value == module)
     }
@@ -129,6 +151,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
         is_output.then_some(module)
     }
 
+    /// Returns true if a module runs in a process of its own.
     pub fn is_isolated(self, module: usize) -> bool {
         self.surveyed(module).module.isolated.value
     }
