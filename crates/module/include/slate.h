@@ -21,7 +21,7 @@
 
 // Outline of the library as JSON: modules and requirements. Hosts read it from the file before they open the library:
 //
-//     SLATE_OUTLINE("{\"abi\":2,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
+//     SLATE_OUTLINE("{\"abi\":3,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
 //                   "\"depends\":[],\"modules\":[{\"name\":\"smoother\",\"stage\":\"Think\"}]}");
 #define SLATE_OUTLINE(json) __attribute__((used, section(".slate"))) static const char slate_outline[] = json
 
@@ -139,6 +139,27 @@ enum SlateOutcome
 typedef enum SlateOutcome SlateOutcome;
 #else
 typedef int32_t SlateOutcome;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Command priority of an actuator; the highest wins.
+enum SlatePriority
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Planned action.
+    SLATE_PRIORITY_PLAN = 1,
+    // Operator at the controls.
+    SLATE_PRIORITY_TELEOPERATION = 2,
+    // Reflex.
+    SLATE_PRIORITY_REFLEX = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SlatePriority SlatePriority;
+#else
+typedef uint32_t SlatePriority;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -364,6 +385,16 @@ static inline void *slate_output(const SlateFrame *frame, size_t port) {
     }
     slot->flags |= SLATE_FLAG_SET;
     return slot->data;
+}
+
+// Commands an actuator: as slate_output, with the priority of the command.
+static inline void *slate_command(const SlateFrame *frame, size_t port, SlatePriority priority) {
+    SlatePortSlot *slot = slate_port(frame, port);
+    if (!slot) {
+        return NULL;
+    }
+    slot->priority = (uint32_t)priority;
+    return slate_output(frame, port);
 }
 
 // Writes to the agent's log.

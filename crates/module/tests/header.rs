@@ -13,12 +13,13 @@ use slate_module::{Entry, Frame, Host, ModuleTable, PluginTable, PortSlot, Rando
 /// Set it to write the header instead of comparing.
 const UPDATE: &str = "SLATE_UPDATE_HEADER";
 
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
     "src/table.rs",
     "src/frame.rs",
     "src/random.rs",
     "src/description.rs",
     "src/module.rs",
+    "src/port/mod.rs",
     "../blackboard/src/stamp.rs",
 ];
 
