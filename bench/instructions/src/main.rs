@@ -5,10 +5,12 @@
 //! `cargo run --release --bin slate-instructions [-- --write]`
 #![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
 
+mod controller;
 mod folder;
 mod monitors;
 mod paths;
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -45,7 +47,7 @@ fn main() -> ExitCode {
 fn compare() -> Result<(), String> {
     let text = std::fs::read_to_string(EXPECTED).map_err(|error| format!("{EXPECTED}: {error}"))?;
     println!("{:<32}{:>12}{:>12}{:>9}", "instructions", "now", "expected", "");
-    let mut more = Vec::new();
+    let (mut more, mut ticks) = (Vec::new(), BTreeMap::new());
     for (name, few, many) in paths::ALL {
         let expected = expected(&text, name)?;
         let counted = count(name, few, many)?;
@@ -54,6 +56,13 @@ fn compare() -> Result<(), String> {
         if ratio > TOLERANCE {
             more.push(name);
         }
+        ticks.insert(name, counted);
+    }
+    let (rust, cpp) = (ticks[paths::TICK_IN_RUST], ticks[paths::TICK_IN_CPP]);
+    if cpp > TOLERANCE * rust {
+        return Err(format!(
+            "a tick in C++ takes {cpp:.1} instructions, more than a tenth above Rust's {rust:.1}"
+        ));
     }
     if more.is_empty() {
         return Ok(());

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use crate::controller;
 use crate::folder::ProcessFolder;
 use crate::monitors;
 use slate_blackboard::Shape;
@@ -16,7 +17,7 @@ use slate_runtime::recording::Recording;
 use slate_runtime::{Agent, Options, Rate, RecordedTimes};
 
 /// Names of the paths, and operations of the two runs whose difference counts.
-pub const ALL: [(&str, u32, u32); 11] = [
+pub const ALL: [(&str, u32, u32); 13] = [
     ("write a value", 10_000, 30_000),
     ("read a value", 10_000, 30_000),
     ("push to a queue and pull", 10_000, 30_000),
@@ -28,7 +29,13 @@ pub const ALL: [(&str, u32, u32); 11] = [
     ("laser without a Monitor", 500, 1500),
     ("laser, Monitor copies it", 500, 1500),
     ("laser, Monitor hands it on", 500, 1500),
+    (TICK_IN_RUST, 10_000, 30_000),
+    (TICK_IN_CPP, 10_000, 30_000),
 ];
+
+/// Tick of a controller behind its table, in both languages.
+pub const TICK_IN_RUST: &str = "a tick in Rust";
+pub const TICK_IN_CPP: &str = "a tick in C++";
 
 /// Does one so often.
 pub fn run(name: &str, count: u32) -> Result<(), String> {
@@ -44,6 +51,8 @@ pub fn run(name: &str, count: u32) -> Result<(), String> {
         "laser without a Monitor" => monitors::cycle(count, "."),
         "laser, Monitor copies it" => monitors::cycle(count, "copies_laser"),
         "laser, Monitor hands it on" => monitors::cycle(count, "hands_on_laser"),
+        TICK_IN_RUST => controller::ticks(count, false),
+        TICK_IN_CPP => controller::ticks(count, true),
         _ => Err(format!("there is no path `{name}`")),
     }
 }

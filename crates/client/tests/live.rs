@@ -25,6 +25,7 @@ pub struct Number {
     pub value: f64,
 }
 
+/// Ports.
 #[ports]
 pub struct Io {
     input: Input<Number>,
@@ -32,6 +33,7 @@ pub struct Io {
     sum: Output<Number>,
 }
 
+/// Parameters.
 #[params]
 pub struct Params {
     #[param(default = 0.5, range = 0.0..=1.0, unit = "m", doc = "added to the input")]

@@ -92,6 +92,7 @@ template <typename T, SlateDirection Direction>
 class WritePort : public Port<T, Direction> {
 protected:
     void put(const T &value) const {
+        static_assert(std::is_void_v<Item<T>>, "a value with a tail is written in place: use `write`");
         std::memcpy(this->slot_->data, &value, sizeof(T));
         this->slot_->flags |= SLATE_FLAG_SET;
     }
@@ -288,6 +289,7 @@ class Outbox : public detail::Port<T, SLATE_DIRECTION_OUTBOX> {
 public:
     /// Sends a message when the tick ends, and returns its number for `delivery`; nothing when no more fit in this tick.
     std::optional<std::uint64_t> send(const T &value) const {
+        static_assert(std::is_void_v<detail::Item<T>>, "a message has no tail");
         SlatePortSlot *slot = this->slot_;
         if (slot->count >= slot->capacity) {
             return std::nullopt;
