@@ -110,6 +110,11 @@ pub fn gcc(source: &str, more: &[String], library: &Path) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// Where the headers for C and C++ are, and the sources of the plugins.
+pub fn header_folder() -> (PathBuf, PathBuf) {
+    (tests().join("../../../module/include"), tests().join("fixtures"))
+}
+
 /// A folder that goes with the test.
 pub struct Folder(PathBuf);
 
@@ -121,6 +126,11 @@ impl Folder {
         let folder = std::env::temp_dir().join(name);
         fs::create_dir_all(&folder).unwrap();
         Self(folder)
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.0
     }
 
     /// A copy of a library in it.
