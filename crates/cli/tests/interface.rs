@@ -116,3 +116,74 @@ fn what_is_no_field_or_type_is_refused() {
     assert!(running.done(&["explain", "S7", "s15"]).contains("S007: cyclic dependency"));
     running.fails(4, &["explain", "S999"], &["`slate explain` lists all"]);
 }
+
+#[test]
+fn exported_headers_lay_values_out_as_rust_does() {
+    let running = Running::new("interface-export");
+    let all: Vec<&str> = slate::interfaces::ALL.iter().map(|descriptor| descriptor.name).collect();
+    let export = |language: &str, file: &str| {
+        let mut arguments = vec!["interface", "export", "--language", language, "--out", file];
+        arguments.extend(&all);
+        running.done(&arguments);
+    };
+    export("cpp", "interfaces.hpp");
+    export("c", "interfaces.h");
+    let (mut cpp, mut c) = (String::new(), String::new());
+    for descriptor in slate::interfaces::ALL {
+        let (name, hash, size) = (descriptor.name, descriptor.hash, descriptor.size);
+        let of = format!("slate::detail::Schema<interfaces::{name}>");
+        cpp += &format!("static_assert({of}::hash == {hash}U && {of}::layout.size == {size}, \"{name}\");\n");
+        for field in descriptor.fields {
+            // The tail is no member.
+            if descriptor.tail().is_none() || Some(field) != descriptor.fields.last() {
+                let (field, offset) = (field.name, field.offset);
+                c += &format!("_Static_assert(offsetof({name}, {field}) == {offset}, \"{name}.{field}\");\n");
+            }
+        }
+    }
+    let compile = |compiler: &str, file: &str, text: String| {
+        std::fs::write(running.folder().join(file), text).unwrap();
+        let standard = if compiler == "cc" { "-std=c11" } else { "-std=c++17" };
+        let headers = concat!(env!("CARGO_MANIFEST_DIR"), "/../module/include");
+        let output = std::process::Command::new(compiler)
+            .args([
+                standard,
+                "-fsyntax-only",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-Wpedantic",
+                "-I",
+                headers,
+                file,
+            ])
+            .current_dir(running.folder())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", common::text(&output.stderr));
+    };
+    compile("c++", "check.cpp", format!("#include \"interfaces.hpp\"\n{cpp}"));
+    compile("cc", "check.c", format!("#include \"interfaces.h\"\n{c}"));
+}
+
+#[test]
+fn export_takes_own_sources_and_names_unknown_interfaces() {
+    let running = Running::new("interface-export-own");
+    let fields = ["--field", "class:u16:V:Of the battery.", "--field", "cells:[Bool; 4]"];
+    let mut new = vec!["interface", "new", "BatteryState", "--out", "battery.rs"];
+    new.extend(fields);
+    running.done(&new);
+    let header = running.done(&["interface", "export", "BatteryState", "--source", "battery.rs"]);
+    for line in [
+        "std::uint16_t class_{};",
+        "std::array<slate::Bool, 4> cells{};",
+        "slate::field<&BatteryState::class_>(\"class\", \"V\", \"Of the battery.\")",
+    ] {
+        assert!(header.contains(line), "{line}: {header}");
+    }
+    running.fails(
+        2,
+        &["interface", "export", "Battery"],
+        &["Battery: no interface has this name", "Bumper, "],
+    );
+}

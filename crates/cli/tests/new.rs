@@ -69,6 +69,64 @@ fn a_new_module_runs_beside_the_blocks_of_a_robot() {
     assert_eq!(run(&running, "nearest-thing", "3 passed")["outcome"], "goal_reached");
 }
 
+/// Calls a tool in a folder, and returns what it prints.
+fn tool(folder: &std::path::Path, name: &str, arguments: &[&str]) -> String {
+    let called = std::process::Command::new(name).args(arguments).current_dir(folder).output();
+    let output = called.unwrap_or_else(|error| panic!("{name} is needed for this test: {error}"));
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert!(output.status.success(), "{name} {arguments:?}: {said}");
+    said
+}
+
+/// Builds and tests a project in C or C++ as it says, and lets its robot reach the target.
+fn build_and_run(name: &str, language: &str, files: &[&str]) {
+    let running = Running::new(name);
+    let said = running.done(&["new", name, language]);
+    for step in [
+        "cmake -B build && cmake --build build",
+        "ctest --test-dir build",
+        &format!("slate run {name}.toml"),
+        &format!("slate plugin reload {}", name.replace('-', "_")),
+    ] {
+        assert!(said.contains(step), "{step}: {said}");
+    }
+    let folder = running.folder().join(name);
+    for file in files {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+    assert!(!folder.join("Cargo.toml").exists());
+    tool(&folder, "cmake", &["-B", "build", "-DSANITIZE=ON", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON"]);
+    tool(&folder, "cmake", &["--build", "build"]);
+    assert!(tool(&folder, "ctest", &["--test-dir", "build"]).contains("100% tests passed"));
+    let kind = name.replace('-', "_");
+    let info = running.done(&["plugin", "info", &format!("{name}/build/lib{kind}.so")]);
+    assert!(info.contains(&format!("{kind} 0.1.0")) && info.contains("Turns to the target"), "{info}");
+    let configuration = format!("{name}/{name}.toml");
+    assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
+    let summary = json(&running.call(&["run", &configuration, "--headless", "--json", "--seed", "1"]));
+    assert_eq!(summary["outcome"], "goal_reached", "{summary}");
+}
+
+#[test]
+fn new_project_in_cpp_builds_is_tested_and_runs() {
+    let files = ["src/cpp_rover.hpp", "src/interfaces.hpp", "include/slate.hpp", "include/slate/ports.hpp"];
+    build_and_run("cpp-rover", "--cpp", &files);
+}
+
+#[test]
+fn new_project_in_c_builds_is_tested_and_runs() {
+    let files = ["src/c_rover.c", "src/interfaces.h", "include/slate.h", "include/slate/testing.h"];
+    build_and_run("c-rover", "--c", &files);
+}
+
+#[test]
+fn new_project_has_one_language_and_no_name_of_cmake() {
+    let running = Running::new("new-languages");
+    running.fails(2, &["new", "rover", "--cpp", "--c"], &["cannot be used with"]);
+    running.fails(2, &["new", "rover", "--c", "--template", "mapek"], &["cannot be used with"]);
+    running.fails(2, &["new", "help", "--cpp"], &["reserved by CMake"]);
+}
+
 #[test]
 fn a_project_overwrites_no_other_and_takes_no_taken_name() {
     let running = Running::new("new-taken");

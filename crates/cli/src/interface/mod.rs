@@ -1,5 +1,6 @@
 //! Making and maintaining interfaces.
 
+pub mod export;
 mod import;
 mod parse;
 mod syntax_error;
@@ -15,6 +16,7 @@ use slate::blackboard::interface::{Descriptor, Field};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
+use export::ExportInterface;
 use import::ImportInterface;
 use parse::FoundInterface;
 
@@ -24,6 +26,8 @@ pub enum InterfaceVerb {
     New(NewInterface),
     /// Create the source of the interface that a `.msg` file of ROS defines
     Import(ImportInterface),
+    /// Create the header of interfaces for modules in C or C++
+    Export(ExportInterface),
     /// Show the layout of interfaces and their errors (exit code 7 on errors)
     Check {
         /// Source files
@@ -69,6 +73,7 @@ pub fn interface(verb: &InterfaceVerb) -> Result<u8, Failure> {
     match verb {
         InterfaceVerb::New(options) => new(options),
         InterfaceVerb::Import(options) => write(&import::import(options)?, options.out.as_deref()),
+        InterfaceVerb::Export(options) => write(&export::export(options)?, options.out.as_deref()),
         InterfaceVerb::Check { files, json } => check(files, *json),
         InterfaceVerb::Diff { old, new, json } => diff(old, new, *json),
     }

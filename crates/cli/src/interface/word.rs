@@ -1,7 +1,7 @@
 //! Valid names of fields and interfaces.
 
 /// Keywords of Rust, with the reserved ones.
-const KEYWORDS: [&str; 53] = [
+pub const KEYWORDS: [&str; 53] = [
     "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do",
     "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop",
     "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static",
