@@ -70,6 +70,8 @@ mod documents {
     mod readme {}
     #[doc = include_str!("../../../book/src/02-modules.md")]
     mod modules {}
+    #[doc = include_str!("../../../book/src/coming-from.md")]
+    mod coming_from {}
     #[doc = include_str!("../../../book/src/03-configuration.md")]
     mod configuration {}
     #[doc = include_str!("../../../book/src/04-the-blackboard.md")]
