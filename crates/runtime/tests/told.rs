@@ -132,7 +132,7 @@ fn changes_are_told_before_the_next_cycle_and_the_next_change() {
     let moments = scribe.moments.lock().unwrap();
     // On a busy machine one may not wait for the end of a cycle any longer.
     assert!(moments.len() > 100, "{moments:?}");
-    assert!(moments.is_sorted(), "they are told in their order");
+    assert!(moments.is_sorted(), "changes are reported in their order");
     // Each with the time of the cycle that it came after.
     let period = 2_000_000;
     let is_later = |(cycle, time): &&(u64, u64)| *time != cycle.saturating_sub(1) * period;

@@ -66,7 +66,7 @@ impl ChangeRecorder {
             let before = self.shared.order();
             let result = make();
             let mut made = match module {
-                // The loop makes it itself in lockstep, and is between two cycles. Of a failure only the module is told.
+                // In lockstep the loop applies it between two cycles. Only the module receives a failure.
                 Some(module) => {
                     let settings = changes.into_iter().filter(|_| result.is_ok());
                     settings.filter_map(|change| change.of(&module)).collect()
