@@ -64,8 +64,7 @@ fn a_dds_program_drives_a_robot_and_the_run_replays() {
 
     let mut running = Running::new("dds-drive");
     let folder = running.folder().to_owned();
-    // A domain that hardly anybody has.
-    let domain = (100 + std::process::id() % 100).to_string();
+    let domain = crate::common::domain();
     let text = block("toml").replacen("domain = 7", &format!("domain = {domain}"), 1);
     std::fs::write(folder.join("robot.toml"), text).unwrap();
     std::fs::write(folder.join("robot.idl"), block("idl")).unwrap();

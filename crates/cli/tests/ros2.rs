@@ -99,8 +99,7 @@ fn a_node_drives_a_robot_and_the_run_replays() {
 
     let mut running = Running::new("ros2-drive");
     let folder = running.folder().to_owned();
-    // A domain that hardly anybody has.
-    let domain = (100 + std::process::id() % 100).to_string();
+    let domain = crate::common::domain();
     let text = block("toml").replacen("domain = 7", &format!("domain = {domain}"), 1);
     std::fs::write(folder.join("robot.toml"), text).unwrap();
     std::fs::write(folder.join("driver.py"), block("python")).unwrap();
@@ -135,8 +134,7 @@ fn topics_of_a_domain_are_listed_printed_and_measured() {
     use std::process::{Command, Stdio};
 
     let running = Running::new("ros2-tools");
-    // A domain that hardly anybody has.
-    let domain = (100 + std::process::id() % 100).to_string();
+    let domain = crate::common::domain();
     let python = slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")));
     let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/base.py");
     let mut node = Command::new(python);

@@ -36,6 +36,13 @@ pub fn slate(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_slate")).args(arguments).current_dir(folder).output().unwrap()
 }
 
+/// A domain of DDS that no other test of this process has, and hardly anybody else.
+pub fn domain() -> String {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let number = std::process::id().wrapping_mul(8).wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed));
+    (100 + number % 130).to_string()
+}
+
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
