@@ -58,11 +58,16 @@ const ENDLESS: [&str; 4] = [
 
 /// A run, and the link that it prints.
 fn open(running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -> String {
+    open_at("realtime", running, agent, example, arguments)
+}
+
+/// The same, at another rate of its time.
+fn open_at(rate: &str, running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -> String {
     // A panel that the project has beside its configuration.
     let panels = running.folder().join("console/panels");
     std::fs::create_dir_all(&panels).unwrap();
     std::fs::write(panels.join("clearance.js"), include_str!("browser/clearance.js")).unwrap();
-    let first = ["run", example, "--headless", "--rate", "realtime", "--set", "console.port=0"];
+    let first = ["run", example, "--headless", "--rate", rate, "--set", "console.port=0"];
     running.start(agent, &[&first, arguments].concat());
     link(running)
 }
@@ -231,7 +236,8 @@ fn an_open_page_follows_the_next_run_of_its_token() {
     std::fs::set_permissions(&token, Permissions::from_mode(0o600)).unwrap();
     let tokens = format!("console.tokens={{developer={token:?}}}");
     let kept = [&ENDLESS[..], &["--set", &port, "--set", &tokens]].concat();
-    let link = open(&mut running, "exp1", "exp1", &kept);
+    // Its time is soon one that the next run does not have for long.
+    let link = open_at("5", &mut running, "exp1", "exp1", &kept);
     let mut page = browser("restart.cjs", &link, "exp1").stdout(Stdio::piped()).spawn().unwrap();
     for line in BufReader::new(page.stdout.take().unwrap()).lines() {
         match line.unwrap().as_str() {

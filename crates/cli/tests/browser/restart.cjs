@@ -9,7 +9,7 @@ visit(async () => {
   const row = page.locator(".readout tr", { hasText: "r2" });
   await until("the robot", async () => /\d m/.test(await row.innerText()));
   const clock = async () => (await page.innerText(".clock")).split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
-  await until("a while", async () => (await clock()) > 6, 20);
+  await until("a while", async () => (await clock()) > 60, 60);
   const late = await clock();
 
   // One that is frozen keeps its connections, and is not live.
@@ -30,7 +30,7 @@ visit(async () => {
   console.log("again");
   await until("the page goes on by itself", async () => (await page.innerText(".connection")) === "Live", 30);
   await until("it says that it is another run", async () => /A new run has started/.test(await page.innerText(".banner.other")));
-  await until("the clock is the new one's", async () => (await clock()) < late, 10);
+  await until("the clock is the new one's", async () => (await clock()) < late, 30);
   const before = await row.innerText();
   await until("the robot drives", async () => (await row.innerText()) !== before);
   await browser.accessible(page, "another run");
