@@ -8,11 +8,10 @@ use std::sync::Arc;
 use agents::{Blob, Number, add, output};
 use slate_blackboard::Board;
 use slate_blackboard::channel::{Policy, QueueReader, Start};
-use slate_blackboard::interface::{Descriptor, Field, Interface, Kind, View, schema_hash};
+use slate_blackboard::interface::{Descriptor, Field, Interface, Kind, View, difference, schema_hash};
 use slate_blackboard::wake::Wake;
 use slate_share::encoding::{decode, encode};
 use slate_share::peers::{Peer, Want};
-use slate_share::schema::difference;
 use slate_share::session::{Compression, Encoding, Identity, Limits, Options};
 
 const MILLISECOND: u64 = 1_000_000;
@@ -222,19 +221,22 @@ fn pose(fields: Vec<Field>) -> Descriptor {
     }
 }
 
+/// Words for this agent and the other one.
+const PLACES: (&str, &str) = ("here", "there");
+
 #[test]
 fn the_first_difference_of_two_schemas_is_named() {
     const X: Field = field("x", "m", 0, Kind::F64);
     let own = pose(vec![X, field("y", "m", 8, Kind::F64)]);
-    let differs = |fields: Vec<Field>| difference(&own, &pose(fields)).unwrap();
-    assert_eq!(difference(&own, &pose(vec![X, field("y", "m", 8, Kind::F64)])), None);
+    let differs = |fields: Vec<Field>| difference(&own, &pose(fields), PLACES).unwrap();
+    assert_eq!(difference(&own, &pose(vec![X, field("y", "m", 8, Kind::F64)]), PLACES), None);
     assert_eq!(differs(vec![X, field("y", "mm", 8, Kind::F64)]), "`y` is f64 in m here and f64 in mm there");
     assert_eq!(differs(vec![X, field("y", "m", 8, Kind::I64)]), "`y` is f64 in m here and i64 in m there");
     assert_eq!(differs(vec![X, field("z", "m", 8, Kind::F64)]), "a field is `y` here and `z` there");
     assert_eq!(differs(vec![X]), "Pose has `y` (f64 in m) only here");
     let other = Descriptor { name: "Place", ..pose(vec![X]) };
     let other = Descriptor { hash: schema_hash("Place", other.fields), ..other };
-    assert_eq!(difference(&own, &other).unwrap(), "here it is Pose, there Place");
+    assert_eq!(difference(&own, &other, PLACES).unwrap(), "here it is Pose, there Place");
 }
 
 /// Pixels of a picture that a camera could see.

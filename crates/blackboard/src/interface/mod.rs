@@ -9,6 +9,7 @@
 mod canonical;
 mod decode;
 mod descriptor;
+mod difference;
 mod encode;
 mod hash;
 mod padding;
@@ -20,6 +21,7 @@ mod view;
 
 pub use canonical::CanonicalForm;
 pub use descriptor::{Constant, Descriptor, Enumeration, Field, Kind};
+pub use difference::difference;
 pub use encode::edit;
 pub use hash::schema_hash;
 pub use padding::{clear_padding, gap_before_tail};

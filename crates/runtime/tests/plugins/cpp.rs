@@ -114,3 +114,17 @@ fn plugin_in_cpp_refuses_unloading_and_then_is_gone() {
     step(&mut agent, 2);
     assert_eq!(agent.composer().unload("average").unwrap(), [("average".into(), "unmapped")]);
 }
+
+#[test]
+fn interface_that_differs_in_cpp_is_refused_with_its_field() {
+    let folder = Folder::new();
+    let file = folder.path().join("libaverage.so");
+    compile("clang++", &["-DNARROW"], &file);
+    let refusal =
+        try_lockstep(&robot().replace(built()[0].to_str().unwrap(), file.to_str().unwrap())).unwrap_err();
+    let expected = [
+        "`average/input` and `/beat/count` are different versions of Count",
+        "`value` is u32 in ticks in `average/input` and u64 in ticks in `/beat/count`",
+    ];
+    assert_says(&complaint(&refusal), &expected);
+}

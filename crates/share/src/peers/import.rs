@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::{Descriptor, Kind, Primitive};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive, difference};
 use slate_blackboard::{Access, Board, Property, Store};
 
 use super::Want;
 use crate::carrier::SharedMemory;
 use crate::encoding::decode;
-use crate::schema::{difference, interface};
+use crate::schema::interface;
 use crate::session::{Encoding, Estimate, Offer, Sample};
 
 /// Subscription of this agent.
@@ -109,7 +109,7 @@ impl Import {
         let descriptor = interface(&offer.interface).map_err(|refusal| refusal.to_string())?;
         let expected = self.mirror.as_ref().map(|mirror| mirror.property.descriptor());
         if let Some(expected) = expected.or(self.want.expected)
-            && let Some(difference) = difference(expected, descriptor)
+            && let Some(difference) = difference(expected, descriptor, ("here", "there"))
         {
             return Err(format!("/{} is not what is expected here: {difference}", self.want.path));
         }

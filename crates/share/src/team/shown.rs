@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::{Descriptor, View};
+use slate_blackboard::interface::{Descriptor, View, difference};
 use slate_blackboard::{Access, Board, Property, Store};
 use slate_interfaces::{FactHead, FactTableHead};
 use slate_module::Text;
@@ -13,7 +13,6 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Layout, Member, TeamFact};
 use crate::knowledge::Version;
-use crate::schema::difference;
 
 /// Largest number of unfitting schemas per topic whose difference is reported.
 const MAX_REPORTED_SCHEMAS: usize = 8;
@@ -129,7 +128,7 @@ impl ShownFacts {
 
 /// Returns the difference of a schema of another robot.
 fn describe_difference(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema: u64) -> String {
-    let what = there.and_then(|there| difference(here, there));
+    let what = there.and_then(|there| difference(here, there, ("here", "there")));
     let what = what.unwrap_or_else(|| format!("its interface {schema:016x} is not known here"));
     format!("facts about `{topic}` don't fit and are only passed on: {what}")
 }

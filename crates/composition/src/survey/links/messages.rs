@@ -1,6 +1,6 @@
 //! Messages about ends of a link that do not fit.
 
-use slate_blackboard::interface::Descriptor;
+use slate_blackboard::interface::{Descriptor, difference};
 use slate_configuration::{Message, Mistake};
 
 use crate::survey::block::Block;
@@ -18,8 +18,10 @@ pub fn ungated_command(path: &str) -> (Message, &'static str) {
 /// Returns the message about ends with different interfaces.
 pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {
     if own.name == other.name {
+        let places = (format!("in `{to}`"), format!("in `/{from}`"));
+        let first = difference(own, other, (&places.0, &places.1)).unwrap_or_default();
         format!(
-            "`{to}` and `/{from}` are different versions of {}: {:016x} and {:016x}",
+            "`{to}` and `/{from}` are different versions of {}: {:016x} and {:016x}; {first}",
             own.name, own.hash, other.hash
         )
     } else {
