@@ -12,7 +12,7 @@ use crate::ROBOTS;
 pub struct RobotDevices {
     /// Name of the robot model.
     pub name: String,
-    /// Corners of the body, metres.
+    /// Corners of the body, meters.
     pub footprint: Vec<[f64; 2]>,
     /// Drive.
     pub drive: Drive,
@@ -20,7 +20,7 @@ pub struct RobotDevices {
     pub sensors: Vec<DeviceDescription>,
     /// Actuators.
     pub actuators: Vec<DeviceDescription>,
-    /// Radius of the robots that the robot sensor detects, metres.
+    /// Radius of the robots that the robot sensor detects, meters.
     pub detected_radius: f64,
 }
 
@@ -29,9 +29,9 @@ pub struct RobotDevices {
 pub struct Drive {
     /// True for four wheels that steer by skidding, false for two on one axle.
     pub is_skid_steer: bool,
-    /// Radius of the wheels, metres.
+    /// Radius of the wheels, meters.
     pub wheel_radius: f64,
-    /// Effective track: that of a differential drive that turns as fast, metres.
+    /// Effective track: that of a differential drive that turns as fast, meters.
     pub track: f64,
     /// Radians per second.
     pub maximum_wheel_speed: f64,
@@ -163,7 +163,7 @@ enum DriveKind {
 /// A profile of a sensor that measures ranges.
 #[derive(Deserialize)]
 struct RangeTable {
-    /// Metres, metres, degrees.
+    /// Meters, meters, degrees.
     #[serde(default)]
     mount: [f64; 3],
     #[serde(default)]
@@ -206,7 +206,7 @@ fn plain(name: &'static str) -> DeviceDescription {
     DeviceDescription { name, count: 1, mount, placements, minimum: 0.0, maximum: 0.0, rate: 0.0 }
 }
 
-/// Radius of other robots where no description says it, metres: that of a Pioneer.
+/// Radius of other robots where no description says it, meters: that of a Pioneer.
 const ROBOT_RADIUS: f64 = 0.28;
 
 /// The profile of that name, or else the first one.
@@ -268,7 +268,7 @@ impl RobotDevices {
         let detected_radius = detector.and_then(|sensor| sensor.robot_radius).unwrap_or(ROBOT_RADIUS);
         if !(detected_radius > 0.0 && detected_radius.is_finite()) {
             return Err(DescriptionProblem::new(format!(
-                "{source}: `robot_radius` of the robot sensor is {detected_radius}; expected a positive number of metres"
+                "{source}: `robot_radius` of the robot sensor is {detected_radius}; expected a positive number of meters"
             )));
         }
         let rate =

@@ -61,14 +61,14 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Measures what is asked for.
+/// Runs the requested measurements.
 fn measure(arguments: &[String]) -> ExitCode {
     let wanted = match Arguments::read(arguments.iter().cloned()) {
         Ok(wanted) => wanted,
-        Err(mistake) => {
+        Err(error) => {
             let names: Vec<_> = work::ALL.iter().map(|(name, _)| *name).collect();
             eprintln!(
-                "error: {mistake}\n\nusage: slate-bench all|NAME... [--quick] [--out FOLDER]\nnames: {}",
+                "error: {error}\n\nusage: slate-bench all|NAME... [--quick] [--out FOLDER]\nnames: {}",
                 names.join(", ")
             );
             return ExitCode::from(2);

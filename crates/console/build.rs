@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=web");
     let variable =
-        |name: &str| env::var_os(name).map(PathBuf::from).ok_or(format!("cargo does not say {name}"));
+        |name: &str| env::var_os(name).map(PathBuf::from).ok_or(format!("cargo does not set {name}"));
     let (root, out) = (variable("CARGO_MANIFEST_DIR")?.join("web"), variable("OUT_DIR")?);
     let mut files = Vec::new();
     collect(&root, &mut files)?;

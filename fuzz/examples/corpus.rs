@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_dds::{IdlFile, IdlMessage, Representation};
-use slate_drivers::Conversation;
+use slate_drivers::DeviceProtocol;
 use slate_drivers::joystick::session::JoystickSession;
 use slate_drivers::simulated::{
     DeviceFirmware, SimulatedGps, SimulatedHokuyo, SimulatedImu, SimulatedJoystick, SimulatedRplidar,
@@ -190,8 +190,8 @@ fn knowledge_of_a_team() {
         .map(|(robot, random)| Replica::new(robot, random, knowledge::LIMITS))
         .into();
     for (one, other) in [(1, 2), (2, 3), (1, 3)] {
-        team[one - 1].add_neighbour(other as u32);
-        team[other - 1].add_neighbour(one as u32);
+        team[one - 1].add_neighbor(other as u32);
+        team[other - 1].add_neighbor(one as u32);
     }
     let (mut script, mut all) = (Vec::new(), 0);
     for round in 0..12_u64 {
@@ -553,7 +553,7 @@ fn devices() {
     said(4, "joystick", JoystickSession::new(0.05), SimulatedJoystick::default());
 }
 
-fn said(number: u8, name: &str, mut conversation: impl Conversation, mut device: impl DeviceFirmware) {
+fn said(number: u8, name: &str, mut conversation: impl DeviceProtocol, mut device: impl DeviceFirmware) {
     let (mut outgoing, mut script) = (Vec::new(), vec![number, 99]);
     device.open();
     conversation.begin(Duration::ZERO, &mut outgoing);

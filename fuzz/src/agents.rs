@@ -8,7 +8,7 @@ use slate_blackboard::message::Mailbox;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Property, Store};
 use slate_module::interface;
-use slate_share::peers::{Peer, Want};
+use slate_share::peers::{Peer, WantedProperty};
 use slate_share::session::{Compression, Identity, Limits, Options};
 
 /// A number.
@@ -69,9 +69,9 @@ impl Agent {
         let mut peer = Peer::new(&board, identity, other, limits(), &Arc::new(Wake::new()));
         let blobs = Options::default().compression(Compression::Lossless);
         for want in [
-            Want::new("out/value", Options::queue()).expect(Number::DESCRIPTOR, 0),
-            Want::new("out/blob", blobs).expect(Blob::DESCRIPTOR, 8192),
-            Want::new("out/other", Options::default().best_effort()),
+            WantedProperty::new("out/value", Options::queue()).expect(Number::DESCRIPTOR, 0),
+            WantedProperty::new("out/blob", blobs).expect(Blob::DESCRIPTOR, 8192),
+            WantedProperty::new("out/other", Options::default().best_effort()),
         ] {
             peer.subscribe(want).expect("there is room");
         }

@@ -1,4 +1,4 @@
-//! Behaviour trees as XML, their checks, ticks and states.
+//! Behavior trees as XML, their checks, ticks and states.
 
 use std::sync::Arc;
 

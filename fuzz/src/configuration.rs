@@ -50,7 +50,7 @@ pub fn run(script: &[u8]) {
         }
     }
     let written = text(script.0);
-    // Files that are included are those of who writes the text.
+    // Included files belong to the author of the text.
     if written.contains("include") {
         return;
     }

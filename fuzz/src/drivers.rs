@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use slate_drivers::Conversation;
+use slate_drivers::DeviceProtocol;
 use slate_drivers::gps::session::{GpsOptions, GpsSession};
 use slate_drivers::hokuyo::session::{HokuyoOptions, HokuyoSession};
 use slate_drivers::imu::session::{ImuOptions, ImuSession};
@@ -66,7 +66,7 @@ pub fn run(script: &[u8]) {
 }
 
 /// A device says all of it in pieces, a tenth of a second apart.
-fn talk<C: Conversation>(mut conversation: C, bytes: &[u8], piece: usize, mut take: impl FnMut(&C::Value)) {
+fn talk<C: DeviceProtocol>(mut conversation: C, bytes: &[u8], piece: usize, mut take: impl FnMut(&C::Value)) {
     let (mut now, mut outgoing) = (Duration::ZERO, Vec::new());
     conversation.begin(now, &mut outgoing);
     for piece in bytes.chunks(piece) {
@@ -77,6 +77,6 @@ fn talk<C: Conversation>(mut conversation: C, bytes: &[u8], piece: usize, mut ta
             conversation.begin(now, &mut outgoing);
         }
         assert!(outgoing.len() < 1024, "it says more than it is asked");
-        let _ = (conversation.complaint(), conversation.identity(), conversation.damaged());
+        let _ = (conversation.device_error(), conversation.identity(), conversation.damaged());
     }
 }

@@ -6,7 +6,7 @@ use slate_blackboard::interface::{Interface, View};
 use slate_module::{decode_interface, encode_interface};
 use slate_share::schema::difference;
 
-/// A value larger than this is none of a session.
+/// A session has no larger values.
 const LARGEST: usize = 64 << 10;
 
 /// Reads a script: an interface, and a value of it.

@@ -42,7 +42,7 @@ pub fn run(script: &[u8]) {
 
 fn play(mut script: Input<'_>) {
     let mut replica = Replica::new(1, 77, LIMITS);
-    (2..5).for_each(|robot| replica.add_neighbour(robot));
+    (2..5).for_each(|robot| replica.add_neighbor(robot));
     while !script.is_empty() {
         match script.byte() % KINDS {
             MESSAGE => {
@@ -65,7 +65,7 @@ fn play(mut script: Input<'_>) {
                 let saved = replica.save();
                 replica =
                     Replica::restore(1, script.word(), LIMITS, &saved).expect("what is saved is restored");
-                (2..5).for_each(|robot| replica.add_neighbour(robot));
+                (2..5).for_each(|robot| replica.add_neighbor(robot));
             }
         }
         let limits = LIMITS;
@@ -83,8 +83,8 @@ fn play(mut script: Input<'_>) {
 /// Lets a robot that knows nothing talk with this one until both know the same.
 fn agree(replica: &mut Replica) {
     let mut other = Replica::new(2, 5, LIMITS);
-    (3..6).for_each(|robot| replica.remove_neighbour(robot));
-    other.add_neighbour(1);
+    (3..6).for_each(|robot| replica.remove_neighbor(robot));
+    other.add_neighbor(1);
     for _ in 0..64 {
         replica.tick();
         other.tick();

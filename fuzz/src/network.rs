@@ -57,7 +57,7 @@ fn check(descriptor: &'static Descriptor, bytes: &[u8]) {
     assert_eq!(ros::decode(descriptor, &again).ok().as_deref(), Some(bytes), "another value came out");
 }
 
-/// A key names one agent, and a source is read again as it is written.
+/// A key names one agent, and a source is parsed back as written.
 fn keys(text: &str) {
     if let Some(agent) = alive_agent(text) {
         assert_eq!(alive_key(agent), text);

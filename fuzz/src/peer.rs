@@ -11,7 +11,7 @@ use slate_share::session::Session;
 /// Token of the hostile agent for its side of the connection.
 const TOKEN: u64 = 0xbad;
 
-/// The part of a script that is a packet as it is.
+/// The part of a script that is a raw packet.
 pub const PACKET: u8 = 0;
 /// Frames, for which the head is put before them.
 pub const FRAMES: u8 = 1;

@@ -1,4 +1,4 @@
-//! A snapshot's file: what is refused leaves the agent as it is.
+//! A snapshot's file: a refused one leaves the agent unchanged.
 
 use std::sync::{Mutex, OnceLock};
 
@@ -13,7 +13,7 @@ fn agent() -> &'static Mutex<Agent> {
     AGENT.get_or_init(|| Mutex::new(crate::robot::robot()))
 }
 
-/// Reads a file of those bytes, as it is and with the right checksum.
+/// Reads a file of those bytes, raw and with the right checksum.
 /// The agent continues from it.
 pub fn run(bytes: &[u8]) {
     let file = crate::folder().join("robot.snapshot");

@@ -16,7 +16,7 @@ struct Reached {
 fn reached() -> &'static Mutex<Reached> {
     static REACHED: OnceLock<Mutex<Reached>> = OnceLock::new();
     REACHED.get_or_init(|| {
-        // SAFETY: nobody else reads the environment yet.
+        // SAFETY: no other thread reads the environment yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", crate::folder()) };
         let agent = crate::robot::robot();
         let server = Server::open(&agent).expect("the folder is this process's");
@@ -49,7 +49,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// The request of a line, unless it would touch files or goes on without end.
+/// The request of a line, unless it would touch files or continues without end.
 fn request(line: &[u8]) -> Option<(String, String, Option<Value>)> {
     let text = std::str::from_utf8(line).ok()?;
     let mut parts = text.splitn(3, ' ');

@@ -147,7 +147,7 @@ fn cycle(count: u32, recorded: bool) -> Result<(), String> {
     for module in 0..17 {
         let _ = writeln!(configuration, "[modules.m{module:02}]\nkind = \"segment\"");
     }
-    // The first one has nobody before it.
+    // The first one has no predecessor.
     configuration.push_str("[modules.m00.inputs]\ninput = { value = 0.0 }\n[links]\n");
     for module in 1..17 {
         let _ = writeln!(configuration, "\"m{module:02}/input\" = \"m{:02}/output\"", module - 1);

@@ -46,7 +46,7 @@ pub fn row(modules: usize) -> String {
     for module in 0..modules {
         let _ = write!(text, "[modules.m{module:04}]\nkind = \"segment\"\n");
     }
-    // The first one has nobody before it.
+    // The first one has no predecessor.
     text.push_str("[modules.m0000.inputs]\ninput = { value = 0.0 }\n[links]\n");
     for module in 1..modules {
         let _ = writeln!(text, "\"m{module:04}/input\" = \"m{:04}/output\"", module - 1);
@@ -60,7 +60,7 @@ pub fn database(text: &str) -> Database {
     Database::from_text("bench.toml", text, layers).expect("the configuration of a bench is right")
 }
 
-/// An agent of segments in lockstep, as fast as it is stepped.
+/// An agent of segments in lockstep, without a rate limit.
 pub fn lockstep(text: &str, recorder: Option<&Recorder>) -> Agent {
     let options = Options {
         rate: Rate::Max,

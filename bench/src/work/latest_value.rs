@@ -119,7 +119,7 @@ fn fresh<const SIZE: usize>(value: &Bytes<SIZE>) -> Arc<Bytes<SIZE>> {
     let mut fresh = Arc::new_uninit();
     if let Some(place) = Arc::get_mut(&mut fresh) {
         let place: &mut MaybeUninit<Bytes<SIZE>> = place;
-        // SAFETY: both are valid for the size of a value, and the new one is nobody else's.
+        // SAFETY: both are valid for the size of a value, and the new one has no other user.
         unsafe { place.as_mut_ptr().copy_from_nonoverlapping(value, 1) };
     }
     // SAFETY: a new `Arc` is unique, so it was written above.
@@ -235,7 +235,7 @@ impl<const SIZE: usize> Scheme<SIZE> for Iceoryx {
 
 /// Measures all lines.
 pub fn run(effort: Effort, table: &mut Table) {
-    // Values of a megabyte go over the stack of those who return them.
+    // Values of a megabyte are returned over the stack.
     super::with_large_stack(|| {
         size::<64>(effort, table);
         size::<4096>(effort, table);

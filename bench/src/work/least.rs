@@ -1,7 +1,7 @@
 //! Least agent beside the least applications of Copper and dora with one node.
 //! Measures building, starting and idling; each does nothing at 100 Hz.
 //!
-//! What is built is built alone in a folder of its own, so that it has nothing that others of the bench ask for.
+//! What is built is built alone in a folder of its own, so that it has nothing that others of the bench request.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -135,7 +135,7 @@ fn complaint(error: &[u8]) -> String {
     String::from_utf8_lossy(error).trim().replace('\n', "; ")
 }
 
-/// A program that runs. It ends when nobody holds its input any more.
+/// A program that runs. It ends when its input is closed.
 struct Running {
     child: Child,
     /// The first process of those that are looked at.
@@ -169,7 +169,7 @@ impl Least {
             }
             return Err(complaint(&error));
         }
-        // Who was started by a script says which one it is.
+        // A process that a script started names its executable.
         running.process = line.trim().parse().unwrap_or(running.process);
         Ok((running, took))
     }

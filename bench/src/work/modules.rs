@@ -158,7 +158,7 @@ fn zenoh_writes(session: &zenoh::Session, size: usize, count: usize, mut then: i
     let publisher = publisher.express(true).wait().expect("the key is right");
     for _ in 0..count {
         thread::sleep(PAUSE);
-        // Zenoh takes the memory as it is, and gives it to who reads.
+        // Zenoh takes the memory as it is, and hands it to the readers.
         let mut bytes = vec![7; size];
         bytes[..8].copy_from_slice(&now().to_ne_bytes());
         publisher.put(bytes).wait().expect("the session is open");

@@ -2,7 +2,7 @@
 //! The time goes from before it is handed over until a thread of the other process has it, and each value waits for the
 //! one before.
 //!
-//! The other process is this program again. It prints how long each value took, and the one who sent it reads that.
+//! The other process is this program again. It prints the latency of each value, which the sender reads.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -18,7 +18,7 @@ use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Store};
 use slate_module::interface;
-use slate_share::peers::{Peers, Setup, Want};
+use slate_share::peers::{Peers, Setup, WantedProperty};
 use slate_share::session::{Compression, Identity, Limits, Options};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
@@ -194,7 +194,7 @@ impl Reader {
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        // It ends when nobody is there any more.
+        // It ends when the other end is closed.
         drop(self.child.stdin.take());
         let _ = self.child.wait();
     }
@@ -219,7 +219,7 @@ pub fn read(arguments: &[String]) {
     }
 }
 
-/// Tells the one who sent a value when it did how long that took.
+/// Prints the latency of a value for its sender.
 fn tell(bytes: &[u8]) {
     let now = now();
     let sent = bytes.first_chunk().map_or(now, |first| u64::from_ne_bytes(*first));
@@ -238,7 +238,7 @@ fn instance() -> u64 {
     u64::from(std::process::id()) << 20 | NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// A port that nobody has.
+/// A free port.
 pub fn port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
     listener.expect("there is a free port").port()
@@ -304,7 +304,7 @@ fn read_slate(endpoint: &str, size: usize) {
     let setup = Setup { updated: Some(Arc::clone(&updated)), ..setup("reader") };
     let peers = Peers::start(&board, setup).expect("a process can start threads");
     peers.connect("base", endpoint).expect("the endpoint is right");
-    let want = Want::new(PATH, Options::default().compression(Compression::None));
+    let want = WantedProperty::new(PATH, Options::default().compression(Compression::None));
     peers.subscribe("base", want.expect(Blob::DESCRIPTOR, size - 8)).expect("it is connected to");
     let (mirror, _) = board.find(&format!("agents/base/{PATH}")).expect("it was subscribed to");
     let mut reader = mirror.channel().and_then(|channel| channel.latest().ok()).expect("a mirror has room");

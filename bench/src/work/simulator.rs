@@ -12,7 +12,7 @@ use crate::machine::pin;
 use crate::measure::{Contest, Effort};
 use crate::table::{Role, Table};
 
-/// Metres from robot to robot at the start.
+/// Meters from robot to robot at the start.
 const SPACING: f64 = 2.0;
 
 /// Nanoseconds of a step of the physics.
@@ -23,7 +23,7 @@ const STEPS: usize = 10;
 
 const BEAMS: u32 = 16;
 
-/// Radians of a scan, and metres that it reaches.
+/// Radians of a scan, and meters that it reaches.
 const FIELD: f64 = 4.0;
 const RANGE: f64 = 4.0;
 
@@ -156,7 +156,7 @@ struct Rapier {
 
 impl Rapier {
     fn step(&mut self) {
-        // The radius of the wheels and the way between them, metres.
+        // The radius of the wheels and the way between them, meters.
         let (speed, turn) = (0.0975 * (WHEELS.0 + WHEELS.1) / 2.0, 0.0975 * (WHEELS.1 - WHEELS.0) / 0.331);
         for robot in &self.robots {
             let body = &mut self.world.bodies[*robot];

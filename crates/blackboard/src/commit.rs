@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::channel::Latest;
 use crate::sync::{AtomicU64, Ordering, order};
 
-/// Counts the commits of a writer: odd while one is going on.
+/// Counts the commits of a writer: odd while one is continuing.
 #[derive(Clone, Debug)]
 pub struct CommitWord(Arc<AtomicU64>);
 
@@ -25,7 +25,7 @@ impl CommitWord {
     /// Only the writer calls it.
     #[inline]
     pub fn begin(&self) {
-        // What is published next releases this store with it. A commit that never ended is followed by another.
+        // The next publication releases this store with it. A commit that never ended is followed by another.
         self.0.store((self.0.load(Ordering::Relaxed) + 1) | 1, Ordering::Relaxed);
     }
 

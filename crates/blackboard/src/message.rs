@@ -2,7 +2,7 @@
 //! Many senders, one receiver, bounded, in the order of sending.
 //!
 //! A sender writes into a slot of its own and hands it over with one exchange of the list's head, so a sender that is
-//! preempted half-way holds nobody up; the receiver takes the whole list at once and reverses it.
+//! preempted half-way blocks no other thread; the receiver takes the whole list at once and reverses it.
 
 mod tap;
 
@@ -72,7 +72,7 @@ struct Content {
 
 /// Waiting message in a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FrozenMessage {
+pub struct WaitingMessage {
     /// Index of the sender.
     pub sender: u32,
     /// The message.
@@ -269,7 +269,7 @@ impl Sender {
         let size = shape.bytes(items);
         let length = bytes.len().min(size);
         slot.content.write(|content| {
-            // SAFETY: the slot is not sent, so nobody else has it, and it has room for that many items.
+            // SAFETY: the slot is not sent, so it is not shared, and it has room for that many items.
             unsafe {
                 let data: *mut u8 = (*content).data.as_mut_ptr().cast();
                 data.copy_from_nonoverlapping(bytes.as_ptr(), length);
@@ -339,7 +339,7 @@ impl Receiver {
     }
 
     /// Copies the messages that wait, oldest first, and leaves them there.
-    pub fn waiting(&self) -> Vec<FrozenMessage> {
+    pub fn waiting(&self) -> Vec<WaitingMessage> {
         let mut waiting = Vec::new();
         let mut next = self.mailbox.head.load(order::ACQUIRE);
         while next != 0 {
@@ -349,10 +349,10 @@ impl Receiver {
                 slot: index,
                 mailbox: &self.mailbox,
                 sequence: 0,
-                // Nobody but the receiver takes it, so it stays as it is.
+                // Only the receiver takes it, so it does not change.
                 content: slot.content.read(),
             };
-            waiting.push(FrozenMessage {
+            waiting.push(WaitingMessage {
                 sender: message.sender(),
                 bytes: message.bytes().to_vec(),
                 items: message.items(),

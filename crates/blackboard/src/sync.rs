@@ -66,7 +66,7 @@ pub(crate) struct ReadGuard<T>(loom::cell::ConstPtr<T>);
 #[cfg(loom)]
 impl<T> ReadGuard<T> {
     /// # Safety
-    /// Nobody writes while this lives.
+    /// No thread writes while this lives.
     pub unsafe fn get(&self) -> &T {
         // SAFETY: passed on to the caller.
         unsafe { self.0.deref() }
@@ -103,7 +103,7 @@ pub(crate) struct ReadGuard<T>(*const T);
 #[cfg(not(loom))]
 impl<T> ReadGuard<T> {
     /// # Safety
-    /// Nobody writes while this lives, and the memory outlives it.
+    /// No thread writes while this lives, and the memory outlives it.
     #[inline]
     pub unsafe fn get(&self) -> &T {
         // SAFETY: passed on to the caller.

@@ -28,7 +28,7 @@ impl Url {
     pub fn parse(text: &str) -> Result<Self, UrlError> {
         let wrong = |reason| UrlError { text: text.into(), reason };
         let (agent, absolute, path) = if let Some(rest) = text.strip_prefix("slate://") {
-            let (agent, path) = rest.split_once('/').ok_or(wrong("after slate://agent comes a path"))?;
+            let (agent, path) = rest.split_once('/').ok_or(wrong("expected a path after slate://agent"))?;
             (Some(agent), true, path)
         } else if text.contains("://") {
             return Err(wrong("the scheme is slate://"));

@@ -68,7 +68,7 @@ impl Wake {
     fn wake(&self) {
         // Every notifier does this until the sleeper itself clears the bit, so none depends on another one that may
         // be preempted. Unparking is a system call only the first time.
-        // SAFETY: who set the bit had set the pointer before, and sleepers are not freed before `self`.
+        // SAFETY: the thread that set the bit had set the pointer before, and sleepers are not freed before `self`.
         unsafe { &*self.sleeper.load(order::ACQUIRE) }.thread.unpark();
     }
 
@@ -149,7 +149,7 @@ impl Drop for Wake {
     fn drop(&mut self) {
         let mut sleeper = self.sleepers.load(Ordering::Acquire);
         while !sleeper.is_null() {
-            // SAFETY: made from a box, freed once, and nobody can notify any more.
+            // SAFETY: made from a box, freed once, and no thread can notify any more.
             sleeper = unsafe { Box::from_raw(sleeper) }.next;
         }
     }

@@ -85,7 +85,7 @@ fn a_draft_is_in_memory_of_its_own() {
 }
 
 #[test]
-fn what_does_not_fit_is_given_back_and_the_draft_stays() {
+fn mismatched_loan_is_returned_and_draft_stays() {
     let (channel, mut writer, lender) = channel(1);
     let mut reader = channel.queue(Policy::Block, Start::Next).unwrap();
     let few = writer.adopt(lender.lend(1, &[0; 15]), 8, 0);
@@ -167,13 +167,13 @@ fn freezing_copies_the_adopted_value() {
     for number in 1..=3 {
         adopt(&mut writer, &lender, number).unwrap();
     }
-    let frozen = channel.freeze().unwrap();
+    let saved = channel.snapshot().unwrap();
     for number in 4..=9 {
         adopt(&mut writer, &lender, number).unwrap();
     }
-    let values: Vec<_> = frozen.values.iter().map(|value| (value.stamp.sequence, &value.bytes[..])).collect();
+    let values: Vec<_> = saved.values.iter().map(|value| (value.stamp.sequence, &value.bytes[..])).collect();
     assert_eq!(values, [(2, &[2; 16][..]), (3, &[3; 16])]);
-    writer.thaw(&frozen).unwrap();
+    writer.restore(&saved).unwrap();
     writer.give_back();
     assert!(lender.lent().is_empty());
     let mut reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();

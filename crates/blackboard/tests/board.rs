@@ -45,7 +45,7 @@ fn a_property_knows_what_it_is_for() {
 }
 
 #[test]
-fn what_is_set_by_path_is_read_by_path() {
+fn value_set_by_path_is_read_by_path() {
     let board = board();
     assert_eq!(read(&board, "drive/limits"), None, "nobody has written it");
     let first = board.write("drive/limits/point/x", &Value::Float(2.5), 10).unwrap();
@@ -150,7 +150,7 @@ fn a_path_is_given_once() {
 }
 
 #[test]
-fn what_a_module_writes_cannot_be_set() {
+fn written_property_cannot_be_set() {
     let board = board();
     let error = board.write("drive/state/count", &Value::Integer(1), 0).unwrap_err();
     assert_eq!(error, BoardError::ReadOnly { url: "/drive/state".into() });
@@ -247,7 +247,7 @@ fn a_relative_url_stands_in_its_scope() {
 }
 
 #[test]
-fn what_is_no_url_is_refused_with_the_reason() {
+fn invalid_url_is_refused_with_reason() {
     for (text, reason) in [
         ("", "names"),
         ("/", "names"),

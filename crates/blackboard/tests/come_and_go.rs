@@ -43,7 +43,7 @@ fn paths(properties: &[Arc<Property>]) -> Vec<&str> {
 }
 
 #[test]
-fn what_is_removed_still_works_for_those_who_have_it() {
+fn removed_property_still_works_for_its_holders() {
     let board = Board::new("base");
     let old = add(&board, "drive/state");
     let mut writer = channel(&board, "drive/state").writer().unwrap();
@@ -122,7 +122,7 @@ fn properties_are_found_by_pattern_and_interface() {
 }
 
 #[test]
-fn an_observer_is_told_what_happens_in_order() {
+fn observer_receives_events_in_order() {
     let board = Board::new("base");
     let mut observer = observe(&board, "drive/*", 16);
     let path: Arc<str> = "drive/state".into();
@@ -162,7 +162,7 @@ fn an_observer_is_told_what_happens_in_order() {
 }
 
 #[test]
-fn what_is_refused_causes_no_event() {
+fn refusal_causes_no_event() {
     let board = Board::new("base");
     let mut observer = observe(&board, "**", 8);
     let property = add(&board, "drive/state");
@@ -265,7 +265,7 @@ fn a_tool_that_looks_is_no_reader() {
 }
 
 #[test]
-fn who_listens_to_a_setting_is_woken_when_it_is_set() {
+fn listener_wakes_when_its_setting_is_set() {
     let board = Board::new("base");
     let limits = add_setting(&board, "drive/limits");
     let wakes = [(); 2].map(|()| Arc::new(Wake::new()));

@@ -46,7 +46,7 @@ fn a_deeper_reader_gets_every_value_written_from_then_on() {
     assert_eq!((every.skipped(), oldest.skipped()), (0, 0));
     assert!(latest.refresh());
     assert_eq!(latest.value().unwrap().bytes(), 9_u64.to_le_bytes());
-    assert_eq!(channel.freeze().unwrap().values.len(), 5);
+    assert_eq!(channel.snapshot().unwrap().values.len(), 5);
     // What never came is missed here too, and the next writer writes to both.
     writer.skip(2);
     drop(writer);
@@ -60,7 +60,7 @@ fn a_deeper_reader_gets_every_value_written_from_then_on() {
 }
 
 #[test]
-fn deeper_channels_that_nobody_reads_any_more_are_given_back() {
+fn unread_deeper_channels_are_freed() {
     let channel = channel(1);
     let mut writer = channel.writer().unwrap();
     let mut reader = channel.queue(Policy::Skip, Start::Next).unwrap();

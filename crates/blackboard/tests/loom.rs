@@ -81,9 +81,9 @@ fn two_readers_see_whole_values_in_order_and_the_last_one() {
 }
 
 /// A reader and a writer that take turns, while another reader does not. In the end a turn is given up: the late one still
-/// looks at its value while the writer goes on.
+/// looks at its value while the writer continues.
 #[test]
-fn what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late() {
+fn held_value_is_unchanged_after_late_turn() {
     check(3, || {
         let channel = Channel::new(SHAPE, 1, Budget { latest: 2, queues: 0, window: 0 });
         let mut writer = channel.writer().unwrap();
@@ -102,7 +102,7 @@ fn what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late() {
             assert_eq!(reader.value().as_ref().map(number), Some(value));
         }
         let place = Address(&raw mut *reader);
-        // SAFETY: the reader stays where it is; what it lends is not changed by who holds it.
+        // SAFETY: the reader is not moved; its loan is not changed by the holder.
         let late = unsafe { (*place.0).value() }.unwrap();
         let watchdog = thread::spawn(move || {
             let place = place;
@@ -125,10 +125,10 @@ fn what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late() {
 /// Where a reader is, for the thread that gives its turn up.
 struct Address(*mut Latest);
 
-// SAFETY: the test says who uses it when.
+// SAFETY: the test orders the uses.
 unsafe impl Send for Address {}
 
-/// Memory that is lent, one place for each number; loom watches that nobody looks at what is given back.
+/// Memory that is lent, one place for each number; loom checks that returned memory is not read.
 struct Places(Vec<(loom::cell::UnsafeCell<()>, [u64; 2])>);
 
 // SAFETY: the cells are only watched, and the numbers do not change.
@@ -181,7 +181,7 @@ impl Drop for Lent {
 }
 
 #[test]
-fn what_is_lent_is_given_back_when_no_reader_has_it() {
+fn loan_is_returned_without_readers() {
     check(3, || {
         let channel = Channel::new(SHAPE, 1, Budget { latest: 1, queues: 0, window: 0 });
         let mut writer = channel.writer().unwrap();
@@ -211,7 +211,7 @@ fn what_is_lent_is_given_back_when_no_reader_has_it() {
 }
 
 #[test]
-fn what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it() {
+fn queue_loan_is_returned_without_readers() {
     check(2, || {
         let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
         let mut writer = channel.writer().unwrap();
@@ -239,7 +239,7 @@ fn what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it() {
 }
 
 #[test]
-fn what_is_lost_may_be_asked_for_while_values_come() {
+fn lost_count_may_be_read_during_writes() {
     check(3, || {
         let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
         let mut writer = channel.writer().unwrap();
@@ -443,7 +443,7 @@ fn no_notification_is_lost_and_what_came_before_it_is_seen() {
     });
 }
 
-/// A board with a property `a`, and who observes it.
+/// Board with a property `a`, and its observer.
 fn observed(limit: usize, wake: Option<Arc<Wake>>) -> (Board, Arc<Channel>, Observer) {
     let board = Board::new("base");
     let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 2, queues: 0, window: 0 } };
@@ -493,7 +493,7 @@ fn an_observer_that_is_woken_finds_the_event() {
 }
 
 #[test]
-fn nothing_is_told_of_a_property_after_it_vanished() {
+fn no_event_follows_removal_of_property() {
     check(3, || {
         let (board, channel, mut observer) = observed(8, None);
         let thread = thread::spawn(move || drop(channel.latest().unwrap()));

@@ -40,7 +40,7 @@ fn values_are_in_the_memory_that_is_given() {
 }
 
 #[test]
-fn what_was_there_before_reaches_nobody() {
+fn earlier_values_reach_no_reader() {
     let arena = Arena::new(8);
     for _ in 0..2 {
         let channel = Channel::new_in(Shape::fixed(64, 8), 1, BUDGET, Some(arena.memory()));

@@ -180,7 +180,7 @@ proptest! {
                         stamps.push(stamp);
                         adopted.insert(tail + 1);
                     }
-                    // What nobody can see is given back by now.
+                    // Invisible slots are returned by now.
                     let pinned = latest_models.iter().flat_map(|model| [model.held, model.candidate]);
                     let windows = queue_models.iter().flat_map(|model| model.window.iter().copied());
                     let tail = stamps.len() as u64;
@@ -195,10 +195,10 @@ proptest! {
                     unsafe { draft.write_bytes(0x55, SHAPE.bytes(SHAPE.capacity)) };
                 }
                 Operation::Freeze => {
-                    let frozen = channel.freeze().unwrap();
-                    prop_assert_eq!(frozen.values.len(), stamps.len().min(depth));
-                    for frozen in frozen.values {
-                        prop_assert_eq!((frozen.bytes, frozen.items), value(frozen.stamp.sequence));
+                    let saved = channel.snapshot().unwrap();
+                    prop_assert_eq!(saved.values.len(), stamps.len().min(depth));
+                    for saved in saved.values {
+                        prop_assert_eq!((saved.bytes, saved.items), value(saved.stamp.sequence));
                     }
                 }
                 Operation::NewWriter => {
@@ -372,7 +372,7 @@ proptest! {
                     prop_assert!(mailbox.sender().is_err());
                     drop(senders[i].take());
                     senders[i] = mailbox.sender().ok();
-                    // What it sent still arrives, but nobody asks how it fares.
+                    // Its messages still arrive, but their answers are not read.
                     letters.iter_mut().filter(|letter| letter.sender == i).for_each(|letter| letter.ticket = None);
                 }
             }
@@ -397,7 +397,7 @@ proptest! {
 }
 
 #[test]
-fn what_a_budget_does_not_cover_is_refused() {
+fn handles_beyond_budget_are_refused() {
     let channel = Channel::new(SHAPE, 1, Budget { latest: u16::MAX, queues: 4, window: u16::MAX });
     assert!(channel.queue(Policy::Skip, Start::Next).is_err(), "more pins than slots have indices");
     let readers: Vec<_> = std::iter::from_fn(|| channel.latest().ok()).take(100).collect();

@@ -38,8 +38,8 @@ expect_pass loom
 expect_pass shuttle
 expect_pass sanitizer
 expect_caught loom ordering \
-    what_is_lent_is_given_back_when_no_reader_has_it \
-    what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
+    loan_is_returned_without_readers \
+    queue_loan_is_returned_without_readers \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_the_last_one \
     an_overtaken_reader_of_a_queue_counts_what_it_lost \
@@ -50,12 +50,12 @@ expect_caught loom ordering \
     no_notification_is_lost_and_what_came_before_it_is_seen \
     an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom readers \
-    what_is_lent_is_given_back_when_no_reader_has_it \
-    what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
+    loan_is_returned_without_readers \
+    queue_loan_is_returned_without_readers \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_the_last_one \
     an_overtaken_reader_of_a_queue_counts_what_it_lost
-expect_caught loom turns what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late
+expect_caught loom turns held_value_is_unchanged_after_late_turn
 expect_caught loom commit a_snapshot_holds_values_of_one_commit
 expect_caught loom events an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom mailbox a_message_stays_as_it_is_until_the_receiver_releases_it
@@ -63,7 +63,7 @@ expect_caught loom wake no_notification_is_lost_and_what_came_before_it_is_seen
 expect_caught shuttle readers \
     a_reader_outlives_writers_and_tells_their_generations \
     readers_come_and_go_while_a_writer_writes \
-    what_a_late_step_writes_reaches_nobody
+    outputs_of_late_step_reach_no_reader
 expect_caught shuttle events events_tell_what_comes_and_goes_while_all_comes_and_goes
 expect_caught shuttle wake no_notification_is_lost_when_the_waiting_thread_changes
 expect_caught sanitizer ordering threads

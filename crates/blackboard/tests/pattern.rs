@@ -56,7 +56,7 @@ fn two_stars_are_any_number_of_names() {
 }
 
 #[test]
-fn what_is_no_pattern_is_refused_with_the_reason() {
+fn invalid_pattern_is_refused_with_reason() {
     for text in ["", "/", "a//b", "a/", "//a", "a*", "*b/c", "***", "a b", "ä", "slate://base/a"] {
         let error = Pattern::parse(text).unwrap_err();
         assert_eq!(error.text, text);

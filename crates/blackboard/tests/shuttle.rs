@@ -125,7 +125,7 @@ fn readers_come_and_go_while_a_writer_writes() {
 }
 
 #[test]
-fn what_a_late_step_writes_reaches_nobody() {
+fn outputs_of_late_step_reach_no_reader() {
     check_random(
         || {
             let channel = Channel::new(SHAPE, 1, Budget { latest: 1, queues: 0, window: 0 });

@@ -1,7 +1,7 @@
 //! Real threads at full speed: no value is torn, none comes twice or backwards, nothing is lost without being counted.
 //!
 //! A program of its own, so that ThreadSanitizer can watch it without the test harness and scoped threads of the
-//! standard library, whose synchronisation it can't see: `tests/thread_sanitizer.sh`.
+//! standard library, whose synchronization it can't see: `tests/thread_sanitizer.sh`.
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
 #[cfg(any(loom, feature = "shuttle"))]

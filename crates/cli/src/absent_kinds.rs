@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 use slate::runtime::configuration::{Configuration, Report};
 use slate_robotics_cli::FEATURES;
 
@@ -71,7 +71,7 @@ const KINDS: [(&str, &[&str]); 4] = [
 ];
 
 /// Modules that an error names.
-const MOST: usize = 4;
+const MAX_NAMED_MODULES: usize = 4;
 
 /// Checks that the modules of a configuration are built in.
 ///
@@ -95,17 +95,17 @@ fn check_built(configuration: &Configuration, is_built: impl Fn(&str) -> bool) -
         modules.filter_map(|module| needed(&module.kind.value).map(|feature| (module, feature))).collect();
     let Some((first, _)) = absent.first() else { return Ok(()) };
     let features: BTreeSet<_> = absent.iter().map(|(_, feature)| *feature).collect();
-    let names = absent.iter().take(MOST);
+    let names = absent.iter().take(MAX_NAMED_MODULES);
     let names = names.map(|(module, _)| format!("{} ({})", module.name.value, module.kind.value));
     let mut names = names.collect::<Vec<_>>().join(", ");
-    if absent.len() > MOST {
-        names += &format!(" and {} more", absent.len() - MOST);
+    if absent.len() > MAX_NAMED_MODULES {
+        names += &format!(" and {} more", absent.len() - MAX_NAMED_MODULES);
     }
     let quoted = features.iter().map(|feature| format!("`{feature}`")).collect::<Vec<_>>().join(" and ");
     let message = format!("this program is built without the feature {quoted}, which modules need: {names}");
     let features = features.into_iter().collect::<Vec<_>>().join(",");
     let help = format!("build it with: cargo build --release --features {features}");
-    Err(configuration.diagnostic(first.kind.span, Mistake::Feature.of(message), Some(help)).into())
+    Err(configuration.diagnostic(first.kind.span, ErrorCode::Feature.of(message), Some(help)).into())
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ pub struct ApiOptions {
     #[arg(long, value_name = "KIND", value_parser = header)]
     accept: Option<String>,
 
-    /// Role in which the agent is asked [default: the highest]
+    /// Role of the request [default: the highest]
     #[arg(long, value_parser = role::parser())]
     role: Option<Role>,
 
@@ -83,7 +83,7 @@ pub fn api(options: &ApiOptions) -> Result<bool, Failure> {
     };
     match std::io::copy(&mut response.body, &mut to) {
         Ok(_) => {}
-        // Whoever read it has gone, as `head` does.
+        // The reader of the pipe has ended, as `head` does.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return Ok(true),
         Err(error) => return Err(lost(error)),
     }
@@ -106,7 +106,7 @@ fn body(text: &str) -> Result<String, Failure> {
         }
         None => text.to_owned(),
     };
-    // A mistake of the caller, and not of the agent.
+    // An error of the caller, and not of the agent.
     serde_json::from_str::<Value>(&content).map_err(|_| Failure::Body { text: content.clone() })?;
     Ok(content)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use clap_complete::ArgValueCompleter;
-use slate_run::output::Colour;
+use slate_run::output::ColorChoice;
 
 use crate::api::ApiOptions;
 use crate::bag::BagVerb;
@@ -53,9 +53,9 @@ pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
 
-    /// When to use colours; `auto`: on a terminal, unless NO_COLOR is set
-    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = Colour::Auto)]
-    pub color: Colour,
+    /// When to use colors; `auto`: on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    pub color: ColorChoice,
 }
 
 #[derive(Debug, Subcommand)]
@@ -184,7 +184,7 @@ pub enum Verb {
     #[command(subcommand)]
     Map(MapVerb),
     /// Check, draw and generate missions:
-    /// Petri Net Plans, behaviour trees, Golog programs, skills in Lua
+    /// Petri Net Plans, behavior trees, Golog programs, skills in Lua
     #[command(subcommand)]
     Mission(MissionVerb),
     /// Print the link of the web console, which contains a token, or open it

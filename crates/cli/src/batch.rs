@@ -47,7 +47,7 @@ pub struct BatchOptions {
     pub jobs: Option<u16>,
 
     /// Folder of the statistics:
-    /// `batch.txt` as it is printed, and `batch.json` as with `--json`
+    /// `batch.txt` as printed, and `batch.json` as with `--json`
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -159,7 +159,7 @@ fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
         }
     });
     drop(progress);
-    // What keeps one run from being made mostly keeps all; it is said once.
+    // An error of one run mostly concerns all; it is reported once.
     if let Some((seed, failure)) = failures.pop_first() {
         if seed > queue.options.seed {
             eprintln!("seed {seed} can't be run");
@@ -214,7 +214,7 @@ impl SeedQueue<'_> {
     fn run(&self, seed: u64) -> Result<Option<Summary>, Failure> {
         let BatchOptions { name, common, .. } = self.options;
         let rate = if common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
-        // Nobody could tell which of the runs a line of the log is from.
+        // A line of the log would not name its run.
         let defaults = vec!["log.targets.console=false".into()];
         let mut sets = self.sets.clone();
         sets.push(format!("agent.seed={seed}"));

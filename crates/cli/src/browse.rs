@@ -59,7 +59,7 @@ pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
         return export(folder, options.recording.as_deref(), options.rate, options);
     }
     let access = options.agent.over_http(options.role)?;
-    // What stands behind # stays in the browser.
+    // The part behind # stays in the browser.
     let link = format!("{}/#token={}", access.browser, access.token);
     match options.json {
         true => {

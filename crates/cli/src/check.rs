@@ -14,11 +14,12 @@ use slate::control::OpenError;
 use slate::module::Plugin;
 use slate::record::{UnmatchedPattern, unmatched_patterns};
 use slate::runtime::composition::{
-    Catalogue, CheckedComposition, DescribedLimits, Survey, Wired, described_limits, unlinked_warnings,
+    Catalogue, CheckedComposition, DescribedLimits, LinkedConfiguration, Survey, described_limits,
+    unlinked_warnings,
 };
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
-use slate::runtime::{Mistake, StartError};
+use slate::runtime::{ErrorCode, StartError};
 use slate_run::{Application, check_tables};
 
 use crate::examples;
@@ -146,7 +147,7 @@ fn check_agent(
     counts.agents += 1;
     counts.modules += configuration.modules().len();
     counts.actuators += configuration.actuators().len();
-    match look(&application).map_err(as_report) {
+    match check_configuration(&application).map_err(as_report) {
         Ok(CheckedConfiguration { links, limits, warnings }) => {
             counts.links += links;
             counts.limits.extend(limits);
@@ -157,8 +158,8 @@ fn check_agent(
     }
     for variant in Variant::all(configuration).filter(|variant| !variant.is_chosen) {
         let setting = variant.setting();
-        let looked = find(Some(setting.clone())).and_then(|application| look(&application));
-        match looked.map_err(as_report) {
+        let checked = find(Some(setting.clone())).and_then(|application| check_configuration(&application));
+        match checked.map_err(as_report) {
             Ok(CheckedConfiguration { warnings, .. }) => findings.add("warning", &warnings, Some(&setting)),
             Err(Ok(report)) => findings.add("error", report.diagnostics(), Some(&setting)),
             // Such as a file that only this variant names.
@@ -171,7 +172,7 @@ fn check_agent(
     Ok(())
 }
 
-/// Returns the report of a configuration's mistakes; another failure is an error.
+/// Returns the report of a configuration's errors; another failure is an error.
 fn as_report(failure: Failure) -> Result<Report, Failure> {
     match failure {
         Failure::Configuration(report) | Failure::Start(StartError::Configuration(report)) => Ok(report),
@@ -189,7 +190,7 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
         }));
         return;
     }
-    eprint!("{}", findings.render(output::has_colour(&std::io::stderr())));
+    eprint!("{}", findings.render(output::has_color(&std::io::stderr())));
     let codes = findings.codes();
     if !codes.is_empty() && std::io::stderr().is_terminal() {
         let codes: Vec<_> = codes.into_iter().collect();
@@ -219,26 +220,26 @@ struct CheckedConfiguration {
     links: usize,
     /// Limits of gates that are not written.
     limits: Vec<GateLimits>,
-    /// Findings that are no mistakes, but suspicious.
+    /// Findings that are no errors, but suspicious.
     warnings: Vec<Diagnostic>,
 }
 
 /// Checks the whole configuration, with the parts of this program.
 /// It makes no agent, and opens nothing.
-fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
+fn check_configuration(application: &Application) -> Result<CheckedConfiguration, Failure> {
     let configuration = &application.configuration;
     let catalogue = catalogue(application)?;
-    let wired = Wired::new(configuration, &catalogue, &|_| false);
-    let composition = wired.composition(&catalogue)?;
+    let linked = LinkedConfiguration::new(configuration, &catalogue, &|_| false);
+    let composition = linked.composition(&catalogue)?;
     offline::check(&composition, &catalogue)?;
     reach(configuration)?;
     check_tables(&composition)?;
     let survey = composition.survey();
     let mut warnings = unused(configuration, &catalogue, survey);
-    warnings.extend(unlinked_warnings(wired.configuration(), survey));
+    warnings.extend(unlinked_warnings(linked.configuration(), survey));
     warnings.extend(unrecorded(configuration, &composition));
-    let links = wired.configuration().links().len() + configuration.external_links().len();
-    let gates = wired.configuration().actuators().iter();
+    let links = linked.configuration().links().len() + configuration.external_links().len();
+    let gates = linked.configuration().actuators().iter();
     let limits = gates.filter_map(|gate| Some(GateLimits::of(&gate.name, described_limits(survey, gate)?)));
     let limits = limits.collect();
     Ok(CheckedConfiguration { links, limits, warnings })
@@ -260,7 +261,7 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
         let is_used =
             survey.modules.iter().any(|module| plugin.kinds().iter().any(|kind| kind.is(&module.kind)));
         let entry = configuration.table("plugins").and_then(|table| table.get(plugin.name()))?;
-        let message = Mistake::UnusedPlugin.of(format!("no module uses plugin `{}`", plugin.name()));
+        let message = ErrorCode::UnusedPlugin.of(format!("no module uses plugin `{}`", plugin.name()));
         let help = "remove it, or set `load = false` to load it later";
         (!is_used).then(|| configuration.diagnostic(entry.span, message, Some(help.into())))
     };
@@ -271,7 +272,7 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
 fn unrecorded(configuration: &Configuration, composition: &CheckedComposition<'_>) -> Vec<Diagnostic> {
     let warn = |own: UnmatchedPattern| {
         let setting = configuration.value(own.setting)?;
-        let message = Mistake::Unrecorded.of(own.to_string());
+        let message = ErrorCode::Unrecorded.of(own.to_string());
         Some(configuration.diagnostic(setting.span, message, Some(own.help.clone())))
     };
     unmatched_patterns(&configuration.record().selection, composition).into_iter().filter_map(warn).collect()

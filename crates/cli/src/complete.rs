@@ -11,7 +11,7 @@ use slate::control::Client;
 use slate::runtime::directory::agents;
 
 use crate::examples;
-use crate::local_agents::ask_default;
+use crate::local_agents::query_default;
 
 /// Time limit for candidates.
 /// A person waits for the key; names that come later are not offered.
@@ -29,7 +29,7 @@ pub enum Shell {
 /// Returns the candidates that `find` finds in time.
 fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
     let (sender, found) = channel();
-    // What hangs ends with this program; without a thread, nothing is found.
+    // A hanging query ends with this program; without a thread, nothing is found.
     let _ = std::thread::Builder::new().spawn(move || sender.send(find()));
     found.recv_timeout(CANDIDATE_TIMEOUT).unwrap_or_default()
 }
@@ -49,7 +49,7 @@ pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
     // A path may begin without its slash.
     let slash = if current.to_string_lossy().starts_with('/') || current.is_empty() { "/" } else { "" };
     let found = in_time(move || {
-        let all = ask_default(|client| client.properties(None)).into_iter().flatten();
+        let all = query_default(|client| client.properties(None)).into_iter().flatten();
         all.map(|property| format!("{slash}{}", property.path)).collect()
     });
     candidates(found, current)
@@ -58,13 +58,13 @@ pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Completes the names of modules.
 pub fn of_modules(current: &OsStr) -> Vec<CompletionCandidate> {
     let found =
-        in_time(|| ask_default(Client::modules).into_iter().flatten().map(|module| module.name).collect());
+        in_time(|| query_default(Client::modules).into_iter().flatten().map(|module| module.name).collect());
     candidates(found, current)
 }
 
 /// Completes linked inputs.
 pub fn of_links(current: &OsStr) -> Vec<CompletionCandidate> {
-    let found = in_time(|| ask_default(Client::links).into_iter().flatten().map(|link| link.to).collect());
+    let found = in_time(|| query_default(Client::links).into_iter().flatten().map(|link| link.to).collect());
     candidates(found, current)
 }
 

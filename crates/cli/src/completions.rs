@@ -17,7 +17,7 @@ pub fn answer() {
     CompleteEnv::with_factory(Arguments::command).var(COMPLETION_VARIABLE).complete();
 }
 
-/// Prints the script that makes a shell ask for candidates.
+/// Prints the script that makes a shell request candidates.
 pub fn completions(shell: Shell) -> Result<bool, Failure> {
     let name = shell.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
     let (shells, mut script) = (Shells::builtins(), Vec::new());

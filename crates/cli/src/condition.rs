@@ -101,7 +101,7 @@ fn tokens(text: &str) -> Result<Vec<ConditionToken>, String> {
             rest = &rest[sign.len()..];
         } else {
             let ends = |c: char| c.is_whitespace() || "<>=!\"'".contains(c);
-            // A sign alone that is none of the operators.
+            // A sign alone that is no operator.
             let end = rest.find(ends).filter(|end| *end > 0);
             let end = end.unwrap_or_else(|| if ends(first) { first.len_utf8() } else { rest.len() });
             tokens.push(ConditionToken::Bare(rest[..end].to_owned()));
@@ -182,7 +182,7 @@ impl Test {
         for name in &self.path {
             let next = match found {
                 Value::Array(items) => name.parse().ok().and_then(|index: usize| items.get(index)),
-                // What is wrapped for the blackboard, such as `enabled`, is its value.
+                // A wrapped value, such as `enabled`, counts as its content.
                 other => other.get(name),
             };
             found = next.ok_or_else(|| {
@@ -192,7 +192,7 @@ impl Test {
                 ConditionError::NoField(format!("unknown field `{}`; it has {known}", self.path.join("/")))
             })?;
         }
-        // What is wrapped for the blackboard, such as `enabled`, is its value.
+        // A wrapped value, such as `enabled`, counts as its content.
         if let (true, Some(inner)) =
             (found.as_object().is_some_and(|fields| fields.len() == 1), found.get("value"))
         {
@@ -202,7 +202,7 @@ impl Test {
             (Operand::Number(operand), Value::Number(number)) => {
                 number.as_f64().and_then(|number| number.partial_cmp(operand))
             }
-            // A number that is none, such as NaN, is unequal to all.
+            // NaN is unequal to all.
             (Operand::Number(_), Value::Null | Value::String(_)) => None,
             (Operand::Text(operand), Value::String(text)) => Some(text.as_str().cmp(operand)),
             (Operand::Bool(operand), Value::Bool(found)) => Some(found.cmp(operand)),
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_t_be_compared_is_said() {
+    fn incomparable_interfaces_are_reported() {
         let value = json!({"x": 1.5, "pose": {"theta": 2}});
         assert!(holds("y > 1", &value).unwrap_err().contains("it has pose, x"));
         assert!(holds("pose > 1", &value).unwrap_err().contains("can't be compared with 1"));

@@ -84,7 +84,7 @@ fn get(agent: &AgentOption, path: &str, json: bool) -> Result<(), Failure> {
 }
 
 fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
-    // What can't be read is the caller's mistake, not the agent's refusal.
+    // An unreadable value is the caller's error, not the agent's refusal.
     let changes = settings.iter().map(|setting| parse_change(setting)).collect::<Result<Vec<_>, _>>()?;
     show_changes(&agent.connect()?.set(&changes)?);
     Ok(())

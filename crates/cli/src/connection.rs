@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::control::client::{Access, Request, Response, Trouble};
+use slate::control::client::{Access, AccessFailure, Request, Response};
 use slate::control::{Client, Role};
 use slate::runtime::directory::agents;
 use slate::runtime::sharing::TEAM;
@@ -14,7 +14,7 @@ use crate::complete;
 use crate::endpoint::place_at;
 use crate::endpoint::{access_at, access_of};
 use crate::failure::Failure;
-use crate::local_agents::{ask_all, default_agent};
+use crate::local_agents::{default_agent, query_all};
 
 /// Option that selects the agent.
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ impl AgentOption {
     /// It goes to the agent's socket, or over TCP to an address.
     pub fn request(&self, role: Option<Role>, request: &Request<'_>) -> Result<Response, Failure> {
         let response = match self.address() {
-            Some(address) => access_at(&address, role)?.ask(request)?,
+            Some(address) => access_at(&address, role)?.request(request)?,
             None => {
                 let mut client = self.connect()?;
                 if let Some(role) = role {
@@ -86,7 +86,7 @@ impl AgentOption {
         }
         match path.file_name() == Some(path.as_os_str()) {
             true => Ok(path.into()),
-            false => Err(Trouble::FileHere { path: path.into() }.into()),
+            false => Err(AccessFailure::FileHere { path: path.into() }.into()),
         }
     }
 
@@ -127,7 +127,7 @@ impl AgentOption {
             return None;
         }
         let path = path.to_owned();
-        let asked = ask_all(move |name| {
+        let answers = query_all(move |name| {
             // One that ends just now has nothing.
             let mut client = Client::connect(name).ok()?;
             let has = if path.contains('*') {
@@ -137,7 +137,7 @@ impl AgentOption {
             };
             has.then_some(client)
         });
-        let mut owners = asked.into_iter().filter_map(|(_, client)| client.flatten());
+        let mut owners = answers.into_iter().filter_map(|(_, client)| client.flatten());
         let first = owners.next();
         first.filter(|_| owners.next().is_none())
     }
@@ -150,16 +150,16 @@ impl AgentOption {
             return self.connect();
         }
         let wanted = name.to_owned();
-        let asked = ask_all(move |own| {
-            // One that ends just now knows nobody.
+        let answers = query_all(move |own| {
+            // One that is ending knows no other agents.
             let mut client = Client::connect(own).ok().filter(|_| own != wanted)?;
             let knows = client.peers().is_ok_and(|peers| peers.peers.iter().any(|peer| peer.agent == wanted));
             knows.then_some(client)
         });
-        if let Some(client) = asked.into_iter().find_map(|(_, client)| client.flatten()) {
+        if let Some(client) = answers.into_iter().find_map(|(_, client)| client.flatten()) {
             return Ok(client);
         }
-        // Whoever shares finds those that run here.
+        // An agent with sharing finds the agents of this machine.
         match running.iter().find(|own| *own != name) {
             Some(own) if running.iter().any(|own| own == name) => Ok(Client::connect(own)?),
             _ => Err(Failure::Unmet { name: name.into(), running }),

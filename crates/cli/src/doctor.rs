@@ -10,13 +10,13 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 use slate::control::{Client, ClientError};
-use slate::runtime::composition::Wired;
+use slate::runtime::composition::LinkedConfiguration;
 use slate::runtime::directory::folder;
 use slate_run::Application;
 
 use crate::clock::now;
 use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::local_agents::ask_all;
+use crate::local_agents::query_all;
 use crate::{duration, examples, offline, output};
 
 #[derive(Debug, Args)]
@@ -176,8 +176,8 @@ fn sockets() -> HealthFinding {
 
 /// Checks the running agents and the versions of their operations.
 fn agents() -> Vec<HealthFinding> {
-    let asked = ask_all(|name| Client::connect(name).map(|_| ()));
-    if asked.is_empty() {
+    let answers = query_all(|name| Client::connect(name).map(|_| ()));
+    if answers.is_empty() {
         return vec![HealthFinding::good("agents", "none runs")];
     }
     let finding = |(name, answer): (String, Option<Result<(), ClientError>>)| match answer {
@@ -192,7 +192,7 @@ fn agents() -> Vec<HealthFinding> {
             format!("it hangs or is suspended; {}/{name}.lock contains its process id", folder().display()),
         ),
     };
-    asked.into_iter().map(finding).collect()
+    answers.into_iter().map(finding).collect()
 }
 
 /// Returns a limit of the process, by its name in `/proc/self/limits`.
@@ -331,8 +331,8 @@ fn configuration(name: &str) -> HealthFinding {
 /// Returns the number of modules that an agent of an application would start with.
 fn modules_of(application: &Application) -> Result<usize, Failure> {
     let catalogue = offline::catalogue(application)?;
-    let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
-    let composition = wired.composition(&catalogue)?;
+    let linked = LinkedConfiguration::new(&application.configuration, &catalogue, &|_| false);
+    let composition = linked.composition(&catalogue)?;
     offline::check(&composition, &catalogue)?;
     Ok(composition.survey().modules.len())
 }

@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_refused_with_an_example() {
+    fn invalid_time_is_refused_with_example() {
         for text in ["", "s", "-1s", "1 week", "1e9h", "nan", "inf"] {
             assert!(parse(text).is_err(), "{text}");
         }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use rustix::process::{Pid, test_kill_process};
 use serde::Deserialize;
 use slate::control::Role;
-use slate::control::client::{Access, Address, Trouble};
+use slate::control::client::{Access, AccessFailure, Address};
 use slate::runtime::directory::{Lock, folder};
 
 use crate::failure::Failure;
@@ -100,12 +100,12 @@ pub fn access_at(text: &str, role: Option<Role>) -> Result<Access, Failure> {
     match Endpoint::at(&address) {
         Some(endpoint) => endpoint.access(address, role),
         None if role.is_some() => Err(no_token(role)),
-        None => Err(Trouble::NoToken { address: address.to_string() }.into()),
+        None => Err(AccessFailure::NoToken { address: address.to_string() }.into()),
     }
 }
 
 fn parse(text: &str) -> Result<Address, Failure> {
-    let wrong = |reason| Trouble::NoAddress { text: text.into(), reason };
+    let wrong = |reason| AccessFailure::NoAddress { text: text.into(), reason };
     Ok(text.parse().map_err(wrong)?)
 }
 

@@ -35,7 +35,7 @@ pub enum EvaluateVerb {
 
 #[derive(Debug, Args)]
 pub struct EvaluateOptions {
-    /// Folder with the data as it is published
+    /// Folder with the published data
     #[arg(long, value_name = "FOLDER")]
     // Without the feature the command says that first, and not that the folder is missing.
     #[cfg_attr(not(feature = "evaluate"), arg(default_value = "", hide_default_value = true))]

@@ -113,7 +113,7 @@ const FILE_EXAMPLES: [FileExample; 22] = [
     },
     FileExample {
         name: "patrol_tree",
-        about: "the same patrol by a behaviour tree",
+        about: "the same patrol by a behavior tree",
         file: "patrol/patrol_tree.toml",
         features: &["missions"],
     },
@@ -354,7 +354,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
     let database = snapshot.configuration(sets.clone())?;
     let configuration = database.current();
-    // What can't be read is said with all else.
+    // An unreadable file is reported with all other errors.
     let is_variant = |set: &String| {
         let path = parse_change(set).map(|(path, _)| path).unwrap_or_default();
         Variant::chosen(&configuration).any(|variant| variant.choice == path)

@@ -17,7 +17,7 @@ use crate::process::ProcessInfo;
 
 #[derive(Debug, Args)]
 pub struct GoalOptions {
-    /// x and y in the map frame, metres,
+    /// x and y in the map frame, meters,
     /// and a heading, radians or degrees such as `90deg`; or the name of a place
     #[arg(value_name = "X Y [HEADING]|PLACE", num_args = 1..=3, allow_negative_numbers = true, required_unless_present = "change")]
     goal: Vec<String>,
@@ -49,7 +49,7 @@ pub struct GoalOptions {
     agent: AgentOption,
 }
 
-/// Changes of a robot's behaviour, without a goal.
+/// Changes of a robot's behavior, without a goal.
 #[derive(Debug, Args)]
 #[group(id = "change", multiple = false, conflicts_with_all = ["goal", "append", "dock"])]
 struct GoalChange {
@@ -57,7 +57,7 @@ struct GoalChange {
     #[arg(long)]
     pause: bool,
 
-    /// Let it go on after a pause
+    /// Let it continue after a pause
     #[arg(long)]
     resume: bool,
 
@@ -87,12 +87,12 @@ impl WantedGoal {
         let wrong = |text: &str, expected: String| Failure::GoalWord { text: text.into(), expected };
         let number = |text: &String| match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(wrong(text, "a number of metres, such as 1.5".into())),
+            _ => Err(wrong(text, "a number of meters, such as 1.5".into())),
         };
         match words {
             [] => Ok(None),
             [place] if place.parse::<f64>().is_err() => Ok(Some(Self::Place(place.clone()))),
-            [x] => Err(wrong(x, "two numbers of metres, or the name of a place".into())),
+            [x] => Err(wrong(x, "two numbers of meters, or the name of a place".into())),
             [x, y, rest @ ..] => {
                 let heading = rest.first().map(|text| angle(text).map_err(|expected| wrong(text, expected)));
                 Ok(Some(Self::Pose { x: number(x)?, y: number(y)?, heading: heading.transpose()? }))
@@ -286,7 +286,7 @@ fn targets(client: &mut Client) -> Result<(Vec<SettableGoal>, Vec<String>), Fail
     let properties = client.properties(None)?;
     let links = client.links()?;
     let is_linked = |path: &str| links.iter().any(|link| link.to == path);
-    // A goal that is told to others and that nobody wants leads nowhere.
+    // A goal property without a reader has no effect.
     let is_unread = |module: &str| {
         let goal = format!("{module}/goal");
         let is_told = properties.iter().any(|property| property.path == goal);

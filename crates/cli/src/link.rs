@@ -142,7 +142,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
         show(&agent.link(to, from, &table, true)?, true, options.json);
         return Ok(true);
     }
-    // What does not fit another agent is no reason against a link, as it may fit later; but nobody should have to look.
+    // A mismatch with another agent does not prevent a link, as it may fit later; but the user should see it at once.
     let doubts = agent.link(to, from, &table, true).err();
     show(&agent.link(to, from, &table, false)?, false, options.json);
     if let Some(doubts) = doubts {

@@ -19,37 +19,38 @@ pub fn default_agent() -> Option<String> {
 }
 
 /// Queries all local agents in parallel, and returns the answers that came in time.
-pub fn ask_all<T: Send + 'static>(
-    ask: impl Fn(&str) -> T + Send + Sync + 'static,
+pub fn query_all<T: Send + 'static>(
+    query: impl Fn(&str) -> T + Send + Sync + 'static,
 ) -> Vec<(String, Option<T>)> {
-    let (ask, (sender, answers)) = (Arc::new(ask), channel());
-    let mut asked: Vec<(String, Option<T>)> = agents().into_iter().map(|name| (name, None)).collect();
-    for (index, (name, answer)) in asked.iter_mut().enumerate() {
-        let (own, sender, agent) = (Arc::clone(&ask), sender.clone(), name.clone());
+    let (query, (sender, answers)) = (Arc::new(query), channel());
+    let mut answers_by_name: Vec<(String, Option<T>)> =
+        agents().into_iter().map(|name| (name, None)).collect();
+    for (index, (name, answer)) in answers_by_name.iter_mut().enumerate() {
+        let (own, sender, agent) = (Arc::clone(&query), sender.clone(), name.clone());
         // An agent that hangs keeps its thread until the end of this program.
         let thread = std::thread::Builder::new().spawn(move || sender.send((index, own(&agent))));
         // Without a thread for it, this one asks.
         if thread.is_err() {
-            *answer = Some(ask(name));
+            *answer = Some(query(name));
         }
     }
     drop(sender);
     let until = now() + ANSWER_TIMEOUT;
     while let Ok((index, answer)) = answers.recv_timeout(until.saturating_duration_since(now())) {
-        asked[index].1 = Some(answer);
+        answers_by_name[index].1 = Some(answer);
     }
-    asked
+    answers_by_name
 }
 
 /// Queries the default agent if it is remote, else all local ones.
 /// Returns the answers that came in time.
-pub fn ask_default<T: Send + 'static>(
-    ask: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
+pub fn query_default<T: Send + 'static>(
+    query: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
 ) -> Vec<T> {
     if let Some(address) = default_agent().filter(|agent| agent.contains("://")) {
         let client = access_at(&address, None).ok().and_then(|access| Client::at(&access).ok());
-        return client.and_then(|mut client| ask(&mut client).ok()).into_iter().collect();
+        return client.and_then(|mut client| query(&mut client).ok()).into_iter().collect();
     }
-    let asked = ask_all(move |name| ask(&mut Client::connect(name)?));
-    asked.into_iter().filter_map(|(_, answer)| answer?.ok()).collect()
+    let answers_by_name = query_all(move |name| query(&mut Client::connect(name)?));
+    answers_by_name.into_iter().filter_map(|(_, answer)| answer?.ok()).collect()
 }

@@ -94,7 +94,7 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
     }
     loop {
         for reading in &kept {
-            // What the agent no longer keeps was never asked for at the beginning.
+            // Lines that the agent no longer keeps are not requested at the beginning.
             let lost = (reading.sequence - last).saturating_sub(1);
             if last != 0 && lost != 0 {
                 eprintln!("{lost} lines were skipped; the log file contains them (log.targets.file)");
@@ -118,15 +118,15 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
 }
 
 /// Checks that each asked module exists, or has written a line.
-fn check(client: &mut Client, asked: &[Of], kept: &[Reading]) -> Result<(), Failure> {
-    if asked.is_empty() {
+fn check(client: &mut Client, selection: &[Of], kept: &[Reading]) -> Result<(), Failure> {
+    if selection.is_empty() {
         return Ok(());
     }
     let known = names(client)?;
     let author = |reading: &Reading| Some(reading.value.get("module")?.as_str()?.to_owned());
     let authors: Vec<_> = kept.iter().filter_map(author).collect();
     let exists = |of: &&Of| known.iter().chain(&authors).any(|name| of.has(name));
-    match asked.iter().find(|of| !exists(of)) {
+    match selection.iter().find(|of| !exists(of)) {
         Some(of) => Err(Failure::UnknownModule { name: of.name.clone(), known }),
         None => Ok(()),
     }

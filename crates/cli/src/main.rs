@@ -88,7 +88,7 @@ fn main() -> ExitCode {
     completions::answer();
     let arguments = match parsed() {
         Ok(arguments) => arguments,
-        // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
+        // Help and version are no errors; requested text goes to stdout, errors to stderr.
         Err(Failure::Words(error)) if !error.use_stderr() => {
             output::note(error.print().and_then(|()| std::io::stdout().flush()));
             return ExitCode::from(if output::is_lost() { 2 } else { 0 });
@@ -108,7 +108,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Parses the arguments, with colours as requested.
+/// Parses the arguments, with colors as requested.
 fn parsed() -> Result<Arguments, Failure> {
     let words = words::with_agent_behind(words::of_stop(std::env::args_os().collect()));
     let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
@@ -129,7 +129,7 @@ fn parsed() -> Result<Arguments, Failure> {
     words::check_leading(&words, &command)?;
     let matches = command.try_get_matches_from(words).map_err(Failure::Words)?;
     let arguments = Arguments::from_arg_matches(&matches).map_err(Failure::Words)?;
-    output::set_colour(arguments.color);
+    output::set_color(arguments.color);
     Ok(arguments)
 }
 

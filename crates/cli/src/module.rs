@@ -2,7 +2,7 @@ use clap::Subcommand;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::control::{Client, ClientError, Refusal};
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 
 use crate::changes::show_enable_result;
 use crate::connection::AgentOption;
@@ -56,7 +56,7 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
 
 /// Returns the error of an unknown module, with the known ones.
 fn unknown(client: &mut Client, name: &str, error: ClientError) -> Failure {
-    let is_name = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
+    let is_name = |refusal: &Refusal| refusal.code.as_deref() == Some(ErrorCode::Name.code());
     match error {
         ClientError::Refused(refusal) if is_name(&refusal) => match names(client) {
             Ok(known) => Failure::UnknownModule { name: name.trim_start_matches('/').into(), known },

@@ -26,8 +26,8 @@ pub fn check(composition: &CheckedComposition<'_>, catalogue: &Catalogue) -> Res
 mod tests {
     use std::collections::BTreeMap;
 
-    use slate::runtime::composition::Wired;
-    use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
+    use slate::runtime::composition::LinkedConfiguration;
+    use slate::runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
     use slate::runtime::{Agent, Mode, Options, PropertyFacts, PropertyIndex};
 
     use super::*;
@@ -41,7 +41,7 @@ mod tests {
             Ok(())
         }
 
-        fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+        fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
     }
 
     /// Returns the properties of an index: path, interface and writer.
@@ -67,8 +67,8 @@ mod tests {
                 let found = examples::find(name, agent.as_deref(), vec![], sets.to_vec(), None);
                 let application = found.unwrap();
                 let catalogue = catalogue(&application).unwrap();
-                let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
-                let composition = wired.composition(&catalogue).unwrap();
+                let linked = LinkedConfiguration::new(&application.configuration, &catalogue, &|_| false);
+                let composition = linked.composition(&catalogue).unwrap();
                 let (mode, sharing) = (Mode::Staged, Some(Box::new(NoConnection) as _));
                 let options = Options { mode, sharing, ..Options::default() };
                 let loaded = Agent::load_with(&application.database, &application.plugins, options).unwrap();

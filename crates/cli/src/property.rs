@@ -61,7 +61,7 @@ pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bo
         output::document("slate.list/1", &json!({ "properties": properties }));
         return Ok(true);
     }
-    // As they are asked for: those of another agent by their whole URLs, and so what the team knows, which is below its name.
+    // In the form of the request: those of another agent by their whole URLs, and so what the team knows, which is below its name.
     let root = if urls::agent(pattern) == Some(TEAM) { "slate://".into() } else { urls::root(pattern) };
     let row =
         |property: PropertyEntry| [format!("{root}{}", property.path), property.interface, property.doc];

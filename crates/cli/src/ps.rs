@@ -6,7 +6,7 @@ use slate::control::{Client, ClientError};
 
 use crate::failure::Failure;
 use crate::gates::HeldActuators;
-use crate::local_agents::ask_all;
+use crate::local_agents::query_all;
 use crate::process::ProcessInfo;
 use crate::{duration, output};
 
@@ -39,19 +39,20 @@ struct AgentStatus {
 
 /// Lists them.
 pub fn ps(json: bool) -> Result<bool, Failure> {
-    let rows: Vec<_> = ask_all(|name| Client::connect(name).and_then(|mut client| look(&mut client)))
-        .into_iter()
-        .map(|(agent, answer)| {
-            let process = ProcessInfo::of(&agent);
-            let (answer, trouble) = match answer {
-                Some(Ok(answer)) => (answer, None),
-                Some(Err(error)) => (AgentStatus::default(), Some(error.to_string())),
-                None => (AgentStatus::default(), Some("no answer".into())),
-            };
-            let AgentStatus { modules, cycles, over, held } = answer;
-            AgentRow { agent, process, modules, cycles, over, held, trouble }
-        })
-        .collect();
+    let rows: Vec<_> =
+        query_all(|name| Client::connect(name).and_then(|mut client| agent_status(&mut client)))
+            .into_iter()
+            .map(|(agent, answer)| {
+                let process = ProcessInfo::of(&agent);
+                let (answer, trouble) = match answer {
+                    Some(Ok(answer)) => (answer, None),
+                    Some(Err(error)) => (AgentStatus::default(), Some(error.to_string())),
+                    None => (AgentStatus::default(), Some("no answer".into())),
+                };
+                let AgentStatus { modules, cycles, over, held } = answer;
+                AgentRow { agent, process, modules, cycles, over, held, trouble }
+            })
+            .collect();
     if json {
         output::json(&json!({"schema": "slate.ps/1", "agents": rows}));
         return Ok(true);
@@ -95,7 +96,7 @@ fn state(row: &AgentRow) -> String {
     if words.is_empty() { "ok".into() } else { words.join("; ") }
 }
 
-fn look(client: &mut Client) -> Result<AgentStatus, ClientError> {
+fn agent_status(client: &mut Client) -> Result<AgentStatus, ClientError> {
     let modules = client.modules()?;
     let ill = modules.iter().filter(|module| !matches!(module.condition.as_str(), "WORKING" | "INACTIVE"));
     let cycles = client.read("/loop/histogram/count")?;

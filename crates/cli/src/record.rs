@@ -146,7 +146,7 @@ fn fetch(agent: &AgentOption, name: &str, out: &Path) -> Result<(), Failure> {
     };
     let mut file = File::create_new(out).map_err(unwritten)?;
     let bytes = std::io::copy(&mut response.body, &mut file).inspect_err(|_| {
-        // It is not there, or nobody can help it.
+        // It does not exist, or can't be removed.
         let _ = std::fs::remove_file(out);
     });
     let bytes = bytes.map_err(unwritten)?;

@@ -3,7 +3,7 @@
 use slate::runtime::snapshot::Snapshot;
 use slate_run::{Application, RunContext, Supervision};
 
-use crate::deployment::{self, Tether, end_later};
+use crate::deployment::{self, SupervisorConnection, end_later};
 use crate::examples;
 use crate::failure::Failure;
 use crate::run_options::RunVerb;
@@ -18,9 +18,11 @@ pub fn run(verb: &RunVerb) -> Result<u8, Failure> {
     if verb.agent.is_none() && !agents.is_empty() {
         return deployment::run(verb, &agents);
     }
-    let tether = verb.supervised.then(Tether::new).transpose()?;
-    let supervision =
-        tether.map(|mut tether| Supervision { wait: Box::new(move || tether.wait()), end_later });
+    let supervisor_connection = verb.supervised.then(SupervisorConnection::new).transpose()?;
+    let supervision = supervisor_connection.map(|mut supervisor_connection| Supervision {
+        wait: Box::new(move || supervisor_connection.wait()),
+        end_later,
+    });
     let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
     let application = application(verb, snapshot.as_ref())?;
     let context =

@@ -16,12 +16,12 @@ use crate::connection::AgentOption;
 use crate::failure::{Failure, UNREACHED};
 use crate::output;
 use slate::control::BASE;
-use slate::control::client::{Access, Request, RequestError, Trouble};
+use slate::control::client::{Access, AccessFailure, Request, RequestError};
 
 #[derive(Debug, Args)]
 pub struct StopOptions {
     /// Reason, which is logged and shown
-    // What nobody knows is a part of it (see `words`): a stop is not refused for a word.
+    // Unknown words are part of the reason (see `words`): a stop is not refused for a word.
     #[arg(value_name = "REASON")]
     reason: Vec<String>,
 
@@ -103,7 +103,9 @@ impl StopTarget {
             let mut retries = 0..MAX_RETRIES;
             loop {
                 match access.value(&request) {
-                    Err(RequestError::Trouble(Trouble::Unreached { .. })) if retries.next().is_some() => {
+                    Err(RequestError::AccessFailure(AccessFailure::Unreached { .. }))
+                        if retries.next().is_some() =>
+                    {
                         thread::sleep(RETRY_PAUSE);
                     }
                     outcome => return Ok(outcome.map(drop)?),
@@ -144,7 +146,7 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
     let silent = answers.into_iter().filter_map(|answer| Some((answer.agent, answer.trouble?)));
     let silent: Vec<_> = silent.collect();
     for (agent, trouble) in &silent {
-        Failure::NotStopped { agent: agent.clone(), trouble: trouble.clone() }.print();
+        Failure::NotStopped { agent: agent.clone(), reason: trouble.clone() }.print();
     }
     Ok(if silent.is_empty() { 0 } else { UNREACHED })
 }
@@ -169,7 +171,7 @@ fn stop_all(
     for (index, target) in targets.into_iter().enumerate() {
         let (sender, reason) = (sender.clone(), reason.to_owned());
         let work = Arc::new(Mutex::new(Some(move || {
-            // By then nobody may wait any more.
+            // By then the caller may have stopped waiting.
             let _ = sender.send((index, (target.stop)(&reason), begin.elapsed()));
         })));
         let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -190,7 +192,7 @@ fn stop_all(
         answer.stopped = outcome.is_ok();
         answer.trouble = match outcome {
             Ok(()) => None,
-            // Whoever is named, and is not there or not asked, is told of in the words of all verbs.
+            // A named agent that is missing or not queried is reported as by all verbs.
             Err(failure) if is_single && !matches!(failure, Failure::Agent(ClientError::Lost { .. })) => {
                 return Err(failure);
             }

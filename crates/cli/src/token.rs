@@ -4,13 +4,13 @@
 
 use std::os::unix::fs::MetadataExt;
 
-use slate::control::client::Trouble;
+use slate::control::client::AccessFailure;
 
 /// Name of the environment variable.
 const TOKEN_VARIABLE: &str = "SLATE_TOKEN";
 
 /// Returns the given secret, if any.
-pub fn given() -> Result<Option<String>, Trouble> {
+pub fn given() -> Result<Option<String>, AccessFailure> {
     let Some(value) = std::env::var_os(TOKEN_VARIABLE).filter(|value| !value.is_empty()) else {
         return Ok(None);
     };
@@ -22,12 +22,12 @@ pub fn given() -> Result<Option<String>, Trouble> {
     // Anything else could end the line of a request.
     match !token.is_empty() && token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
         true => Ok(Some(token.to_owned())),
-        false => Err(Trouble::Token { place, reason: "expected letters and digits".into() }),
+        false => Err(AccessFailure::Token { place, reason: "expected letters and digits".into() }),
     }
 }
 
-fn read(file: &str) -> Result<String, Trouble> {
-    let wrong = |reason: String| Trouble::Token { place: file.to_owned(), reason };
+fn read(file: &str) -> Result<String, AccessFailure> {
+    let wrong = |reason: String| AccessFailure::Token { place: file.to_owned(), reason };
     let mode = std::fs::metadata(file).map_err(|error| wrong(error.to_string()))?.mode();
     if mode & 0o077 != 0 {
         return Err(wrong(format!("others may read it (mode {:o}): chmod 600", mode & 0o777)));

@@ -81,7 +81,7 @@ fn period(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Period at which Ctrl-C is looked for.
+/// Period at which Ctrl-C is searched for.
 const INTERRUPT_POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// Shows the table.
@@ -257,7 +257,7 @@ fn newest(client: &mut Client, urls: &[String]) -> Result<Vec<Value>, Failure> {
                     one.readings.into_iter().next_back().map(|one| one.value).unwrap_or_default();
             }
         }
-        // A module has gone since the list, or has no such property: then they are asked for one by one.
+        // A module has gone since the list, or has no such property: then they are queried one by one.
         Err(ClientError::Refused(_)) => {
             for (value, url) in values.iter_mut().zip(urls) {
                 *value = match client.read(url) {

@@ -63,9 +63,9 @@ pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
 /// Hears of Ctrl-C, the second of which ends the process.
 fn interrupts() -> Receiver<()> {
     let (sender, receiver) = sync_channel(1);
-    let asked = AtomicBool::new(false);
+    let is_stopping = AtomicBool::new(false);
     let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::AcqRel) {
+        if is_stopping.swap(true, Ordering::AcqRel) {
             std::process::exit(130);
         }
         // It is waited for, or it has ended by itself.
@@ -154,7 +154,7 @@ fn warning(recorded: &TraceEntry) -> Option<String> {
     let missing: Vec<_> = missing.map(|track| format!("{} of {}", track.missing, track.name)).collect();
     (!missing.is_empty()).then(|| {
         format!(
-            "{} spans are missing, which came faster than the disk could write: {}; the trace marks where",
+            "{} spans are missing, as the disk was too slow: {}; the trace marks where",
             recorded.missing(),
             missing.join(", ")
         )

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use slate::blackboard::is_within;
 use slate::control::{Client, ClientError, PropertyEntry};
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 
 use crate::failure::Failure;
 
@@ -44,7 +44,7 @@ pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>
     match client.properties(Some(&subtree(pattern))) {
         Ok(found) if !found.is_empty() => return Ok(found),
         Ok(_) => {}
-        Err(ClientError::Refused(refusal)) if refusal.code.as_deref() == Some(Mistake::Name.code()) => {}
+        Err(ClientError::Refused(refusal)) if refusal.code.as_deref() == Some(ErrorCode::Name.code()) => {}
         Err(error) => return Err(error.into()),
     }
     let whole = match agent(pattern) {
@@ -78,7 +78,7 @@ pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>
 /// It lists the properties whose paths end as the URL does.
 pub fn unknown(client: &mut Client, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
-    if refusal.code.as_deref() == Some(Mistake::Name.code()) && !url.contains('*') {
+    if refusal.code.as_deref() == Some(ErrorCode::Name.code()) && !url.contains('*') {
         let listed = client.properties(Some("/**")).unwrap_or_default();
         // A field stands behind its property.
         let mut own = path(url);

@@ -4,7 +4,7 @@ use serde::Deserialize as _;
 use serde_json::Value;
 use slate::blackboard::nearest_names;
 use slate::control::{Client, ClientError};
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 use toml_edit::de::ValueDeserializer;
 
 use crate::failure::Failure;
@@ -25,11 +25,11 @@ pub fn parse(text: &str) -> Option<Value> {
 /// Returns the error of a refused value, with an example of a valid one.
 pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -> Failure {
     let ClientError::Refused(mut refusal) = error else { return error.into() };
-    if refusal.code.as_deref() == Some(Mistake::Name.code()) && refusal.help.starts_with("GET ") {
+    if refusal.code.as_deref() == Some(ErrorCode::Name.code()) && refusal.help.starts_with("GET ") {
         refusal.help = known_names(client, url);
         return urls::unknown(client, url, ClientError::Refused(refusal));
     }
-    if refusal.code.as_deref() == Some(Mistake::Value.code()) && refusal.help.starts_with("GET ") {
+    if refusal.code.as_deref() == Some(ErrorCode::Value.code()) && refusal.help.starts_with("GET ") {
         let present = client.read(url).ok().flatten().map(|reading| reading.value);
         let example = match present.filter(Value::is_object) {
             Some(value) => toml(&value),
@@ -43,7 +43,7 @@ pub fn refused(client: &mut Client, verb: &str, url: &str, error: ClientError) -
     ClientError::Refused(refusal).into()
 }
 
-/// Returns advice about an unknown name.
+/// Returns help about an unknown name.
 /// It is the nearest field of the value above, or the command that lists the names.
 fn known_names(client: &mut Client, url: &str) -> String {
     let (above, name) = url.trim_end_matches('/').rsplit_once('/').unwrap_or_default();

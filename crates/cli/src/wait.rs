@@ -68,7 +68,7 @@ pub fn wait(options: &WaitOptions) -> Result<bool, Failure> {
                 return Ok(true);
             }
         }
-        // One that is written when it changes stays as it is without a new value.
+        // A property that is written on change may have no new value.
         if since.is_some_and(|(_, looked)| looked.elapsed() >= held) {
             done(options, newest.as_ref());
             return Ok(true);

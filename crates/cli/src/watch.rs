@@ -8,7 +8,7 @@ use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
 use slate::control::{ClientError, Reading, Watched};
 use slate::record::bag::seconds;
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 
 use crate::clock::now;
 use crate::condition::Condition;
@@ -70,8 +70,8 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Maximum duration of one waiting request to the agent.
-/// After it, Ctrl-C is looked for.
-const WAIT: Duration = Duration::from_millis(250);
+/// After it, Ctrl-C is searched for.
+const REQUEST_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Watched property.
 struct WatchLine {
@@ -96,10 +96,11 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
     let mut lines: Vec<WatchLine> = urls.into_iter().map(new).collect();
     let until = options.time.map(|time| now() + time);
     let (mut total, mut has_head, mut since) = (0, false, None);
-    // Whether the run went on after the first values were read.
+    // Whether the run continued after the first values were read.
     let mut polls = 0;
     loop {
-        let left = until.map_or(WAIT, |until| until.saturating_duration_since(now()).min(WAIT));
+        let left = until
+            .map_or(REQUEST_TIMEOUT, |until| until.saturating_duration_since(now()).min(REQUEST_TIMEOUT));
         let news = match client.watch(&of, left) {
             Ok(news) => news,
             // It has ended, and what it had to show was shown.
@@ -131,7 +132,7 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
                 }
             }
         }
-        // What a pattern is of may have no value for long, such as the timing of a module that is off.
+        // A property of a pattern may have no value for long, such as the timing of a module that is off.
         let is_all = lines.iter().all(|line| line.shown > 0) || total > 0 && lines.len() > options.urls.len();
         let is_enough = options.once && is_all;
         if is_enough || output::is_unread() {
@@ -154,7 +155,7 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
 }
 
 fn is_run_over(error: &ClientError) -> bool {
-    matches!(error, ClientError::Refused(refusal) if refusal.code.as_deref() == Some(Mistake::RunOver.code()))
+    matches!(error, ClientError::Refused(refusal) if refusal.code.as_deref() == Some(ErrorCode::RunOver.code()))
 }
 
 /// Returns whether a value is to be shown.

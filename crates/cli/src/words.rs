@@ -4,7 +4,7 @@ use std::ffi::OsString;
 
 use clap::{Arg, Command, ValueEnum};
 use slate::blackboard::nearest_names;
-use slate_run::output::Colour;
+use slate_run::output::ColorChoice;
 
 use crate::failure::Failure;
 
@@ -31,7 +31,7 @@ fn taken(words: &[OsString]) -> Option<usize> {
     };
     let fits = match name {
         "--agent" => !value.is_empty() && !value.starts_with('-'),
-        "--color" => Colour::from_str(value, false).is_ok(),
+        "--color" => ColorChoice::from_str(value, false).is_ok(),
         _ => false,
     };
     fits.then_some(taken)
@@ -77,7 +77,7 @@ pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
     let mut rest = &words[verb + 1..];
     while let Some(word) = rest.first() {
         let count = taken(rest).unwrap_or(1);
-        // Who only asks what a stop does says so first.
+        // A request for help on stop comes first.
         let is_help = reason.is_empty() && (word == "--help" || word == "-h");
         match word {
             word if word == "--" => {

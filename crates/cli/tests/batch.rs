@@ -44,7 +44,7 @@ fn a_busy_machine_is_no_hang_in_a_batch() {
     };
     let raised = batch(&[]);
     assert_eq!(raised.status.code(), Some(0), "{raised:?}");
-    // Whoever sets a limit means it.
+    // An explicit limit holds.
     let own = batch(&["--set", "loop.hang=20us"]);
     assert_ne!(own.status.code(), Some(0), "{own:?}");
 }
@@ -93,7 +93,7 @@ fn a_judge_that_is_not_there_is_named() {
 }
 
 #[test]
-fn what_cannot_be_loaded_is_said_once() {
+fn unloadable_plugin_is_reported_once() {
     let arguments = ["batch", "exp1", "--runs", "50", "--jobs", "8", "--set", "world.layout=none"];
     let output = slate(&folder("refused_batch"), &arguments);
     let stderr = text(&output.stderr);
@@ -102,7 +102,7 @@ fn what_cannot_be_loaded_is_said_once() {
 }
 
 #[test]
-fn what_runs_on_the_wall_clock_is_no_batch() {
+fn wall_clock_run_is_no_batch() {
     let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/exp1/pioneer.toml");
     for mode in ["staged", "threaded"] {
         let output = slate(&folder("real_batch"), &["batch", robot, "--runs", "2", "--mode", mode]);
@@ -115,7 +115,7 @@ fn what_runs_on_the_wall_clock_is_no_batch() {
 }
 
 #[test]
-fn what_has_no_mission_is_no_batch() {
+fn application_without_mission_is_no_batch() {
     let output = slate(&folder("open_batch"), &["batch", "mapping", "--runs", "2"]);
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
@@ -125,7 +125,7 @@ fn what_has_no_mission_is_no_batch() {
 }
 
 #[test]
-fn where_lines_stay_some_tell_how_far_it_is() {
+fn remaining_lines_show_progress() {
     let output = slate(&folder("progress"), &["batch", "exp1", "--runs", "20", "--set", SHORT]);
     let stderr = text(&output.stderr);
     let lines: Vec<&str> = stderr.lines().collect();
@@ -135,7 +135,7 @@ fn where_lines_stay_some_tell_how_far_it_is() {
 }
 
 #[test]
-fn who_interrupts_a_batch_gets_the_figures_of_what_is_done() {
+fn interrupted_batch_prints_figures_of_finished_runs() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_slate"))
         .args(["batch", "exp1", "--runs", "300", "--seed", "10", "--json", "--set", SHORT])
         .current_dir(folder("interrupted"))
@@ -158,7 +158,7 @@ fn who_interrupts_a_batch_gets_the_figures_of_what_is_done() {
     assert_eq!((&batch["interrupted"], &batch["runs_asked"]), (&true.into(), &300.into()), "{batch}");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(rest.ends_with(&format!("interrupted: {runs} of 300 runs are done\n")), "{rest}");
-    // Every run that is counted went on to its end.
+    // Every run that is counted continued to its end.
     assert_eq!(batch["failed_seeds"].as_array().unwrap().len() as u64, runs, "{batch}");
     assert!(batch["sim_time_s"]["minimum"].as_f64().unwrap() >= 1.0, "{batch}");
 }

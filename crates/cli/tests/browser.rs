@@ -48,7 +48,7 @@ fn chromium() -> PathBuf {
         .unwrap_or_else(|| panic!("this test needs Chromium: apt-get install chromium"))
 }
 
-/// A run that lasts as long as somebody looks.
+/// Run that lasts as long as the test.
 const ENDLESS: [&str; 4] = [
     "--set",
     "modules.referee.params.time_limit=600.0",

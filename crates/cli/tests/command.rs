@@ -69,7 +69,7 @@ fn the_same_seed_gives_the_same_bytes_for_any_workers_and_rate() {
 
 #[test]
 fn debug_and_release_builds_give_the_same_bytes() {
-    // What the release build prints, as shown in the README; a change of behaviour changes both.
+    // What the release build prints, as shown in the README; a change of behavior changes both.
     let readme = include_str!("../../../README.md");
     let digest = summary(&folder("build"), &["--seed", "0"])["digest"].as_str().unwrap().to_owned();
     assert!(readme.contains(&format!("digest          {digest}")), "this build gives {digest}");
@@ -119,7 +119,7 @@ fn a_pace_goes_over_what_a_controller_brings() {
 }
 
 #[test]
-fn who_does_not_arrive_in_time_exits_with_1() {
+fn run_without_arrival_exits_with_1() {
     let output = slate(
         &folder("late"),
         &["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=1"],
@@ -236,7 +236,7 @@ fn late_sonars_do_not_let_the_robot_start_and_stop() {
 }
 
 #[test]
-fn who_is_not_seen_does_not_arrive() {
+fn undetected_robot_does_not_arrive() {
     let folder = folder("unseen");
     let limit = "modules.referee.params.time_limit=2";
     let summary = summary(&folder, &["--set", "modules.simulator.enabled=false", "--set", limit]);
@@ -294,7 +294,7 @@ fn refused(name: &str, arguments: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_place_and_its_mend() {
+fn errors_have_place_and_remedy() {
     refused("example", &["run", "exp11"], &["`exp11`", "did you mean `exp1`"]);
     refused("option", &["run", "exp1", "--fast"], &["--fast"]);
     refused("rate", &["run", "exp1", "--rate", "0"], &["realtime", "max"]);
@@ -324,7 +324,7 @@ fn what_is_wrong_is_said_with_its_place_and_its_mend() {
 }
 
 #[test]
-fn a_file_with_a_mistake_is_shown_with_its_line() {
+fn file_with_error_is_shown_with_line() {
     let folder = folder("file");
     let file = folder.join("robot.toml");
     std::fs::write(&file, "[modules.referee]\n\n[links]\n\"referee/truth\" = \"simulator/truth\"\n").unwrap();
@@ -353,7 +353,7 @@ fn a_report_that_can_not_be_written_is_named() {
 }
 
 #[test]
-fn who_reads_only_the_beginning_does_no_harm() {
+fn partial_reader_does_no_harm() {
     let folder = folder("head");
     let command = format!("{} run exp1 --headless --json | head -1", env!("CARGO_BIN_EXE_slate"));
     let output = Command::new("sh").args(["-c", &command]).current_dir(&folder).output().unwrap();
@@ -361,7 +361,7 @@ fn who_reads_only_the_beginning_does_no_harm() {
 }
 
 #[test]
-fn a_plan_that_fails_in_every_cycle_is_told_once() {
+fn plan_failing_in_every_cycle_is_reported_once() {
     // After its first pose, Execute has no fresh one any more.
     let blind = [
         "robots.r2.links.\"execute/robot\"={ from = \"knowledge/robot\", every = 100, stale = \"20ms\" }",

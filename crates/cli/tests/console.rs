@@ -70,7 +70,7 @@ fn run_with_stay_is_reached_after_its_end() {
 }
 
 #[test]
-fn what_needs_a_run_is_refused_after_its_end() {
+fn requests_for_a_run_are_refused_after_its_end() {
     let mut running = Running::new("console-over");
     running.start("exp1", &["run", "exp1", "--headless", "--stay", "--out", "here"]);
     let summary = running.folder().join("here/summary.json");
@@ -87,7 +87,7 @@ fn what_needs_a_run_is_refused_after_its_end() {
         running.fails(5, arguments, &wanted);
     }
     assert!(!running.folder().join("recording.mcap").exists());
-    // A value that was asked for once is there.
+    // A value that was requested once is there.
     assert!(running.done(&["watch", "/referee/verdict/state", "-n", "1"]).contains("SUCCEEDED"));
 }
 

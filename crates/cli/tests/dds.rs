@@ -12,7 +12,7 @@ fn block(language: &str) -> &'static str {
 }
 
 #[test]
-fn what_does_not_fit_dds_is_told_before_a_run() {
+fn dds_mismatch_is_reported_before_run() {
     let running = Running::new("dds-check");
     let [robot, idl] = ["robot.toml", "robot.idl"].map(|name| running.folder().join(name));
     std::fs::write(&robot, block("toml")).unwrap();

@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use common::{Running, WORLD, text, wait_for};
 use serde_json::Value;
 
-/// A robot in its simulator and who watches it; neither ends by itself.
+/// A robot in its simulator and a watcher; neither ends by itself.
 const AGENTS: &str = r#"
 [share.agents.robot]
 [share.agents.watcher]
@@ -109,7 +109,7 @@ fn process(started: &Started, agent: &str) -> String {
     children(&started.id()).into_iter().find(|(_, arguments)| arguments.contains(&option)).unwrap().0
 }
 
-/// Whether a process runs; one that only waits for somebody to take note of its end does not.
+/// Whether a process runs; a zombie does not.
 fn runs(id: &str) -> bool {
     let stat = fs::read_to_string(Path::new("/proc").join(id).join("stat")).unwrap_or_default();
     stat.rsplit_once(')').is_some_and(|(_, rest)| !rest.trim_start().starts_with('Z'))
@@ -153,7 +153,7 @@ fn the_example_runs_with_one_command_to_its_end() {
     ] {
         assert!(printed.lines().any(|printed| printed.starts_with(line)), "no `{line}` in:\n{printed}");
     }
-    // The page of one of them is enough for whoever watches.
+    // The page of one of them suffices.
     let links: Vec<_> = printed.lines().filter(|line| line.contains("console: http")).collect();
     assert_eq!(links.len(), usize::from(cfg!(feature = "console")), "{printed}");
     let summary: Value =
@@ -267,7 +267,7 @@ fn an_agent_that_always_crashes_is_given_up() {
             })
         });
     }
-    wait_for("the end", || started.says("(abort); it was started anew 5 times within 60 s and stays off"));
+    wait_for("the end", || started.says("(abort); it was restarted 5 times within 60 s and stays off"));
     assert!(
         running.call(&["module", "list", "--agent", "watcher"]).status.success(),
         "the other one goes on"
@@ -311,7 +311,7 @@ fn agents_end_with_their_supervisor() {
 }
 
 #[test]
-fn what_one_refuses_starts_none() {
+fn one_refusal_starts_no_agent() {
     let running = team("team-refused");
     let folder = running.folder();
     let refused = |file: &str, arguments: &[&str], words: &[&str]| {

@@ -1,4 +1,4 @@
-//! Behaviour trees of a run in monitors of BehaviorTree.CPP.
+//! Behavior trees of a run in monitors of BehaviorTree.CPP.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common::Running;
@@ -14,11 +14,11 @@ fn patrol(name: &str, table: &str) -> Running {
 }
 
 #[test]
-fn what_monitors_can_not_see_is_told_before_a_run() {
+fn unsupported_monitor_setup_is_reported_before_run() {
     let running = patrol("groot-check", "[groot]\nports = { \"r2/plan\" = 0 }");
     let words = match cfg!(feature = "groot") {
         false => ["built without Groot, which [groot] needs", "--features groot"],
-        true => ["`r2/plan` is no Plan that follows a behaviour tree", "there are: r2/planner"],
+        true => ["`r2/plan` is no Plan that follows a behavior tree", "available: r2/planner"],
     };
     running.fails(7, &["check", "robot.toml"], &[words[0], words[1], "robot.toml:"]);
     running.fails(2, &["run", "robot.toml", "--headless"], &words);

@@ -56,7 +56,7 @@ fn new_interface_is_compared_with_a_later_version() {
 }
 
 #[test]
-fn what_something_is_for_may_have_several_lines() {
+fn documentation_may_have_several_lines() {
     let running = Running::new("interface-lines");
     let said = running.done(&[
         "interface",
@@ -77,7 +77,7 @@ fn what_something_is_for_may_have_several_lines() {
 }
 
 #[test]
-fn what_is_no_field_or_type_is_refused() {
+fn invalid_field_or_type_is_refused() {
     let running = Running::new("interface-wrong");
     running.fails(2, &["interface", "new", "battery", "--field", "x:f64"], &["expected a name such as"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x"], &["NAME:TYPE"]);

@@ -130,7 +130,7 @@ fn every_field_of_a_message_is_one_of_its_imported_interface() {
 }
 
 #[test]
-fn what_no_interface_can_be_is_refused_with_file_and_line() {
+fn invalid_interface_is_refused_with_file_and_line() {
     let running = packages("import-wrong");
     let refused = |file: &str, more: &[&str], words: &[&str]| {
         running.fails(2, &[&["interface", "import", file], more].concat(), words)

@@ -30,7 +30,7 @@ fn main() {
         let at = arguments.iter().position(|argument| argument == name)?;
         arguments.get(at + 1)?.parse::<u64>().ok()
     };
-    // Whoever lists or filters tests finds none in here.
+    // Listing or filtering finds no tests here.
     if arguments.iter().any(|argument| argument == "--list") {
         return;
     }
@@ -76,7 +76,7 @@ fn kill(seed: u64) -> (usize, usize, u64) {
         common::wait_for("the file begins", || std::fs::metadata(&file).is_ok_and(|file| file.len() > 0));
     }
     std::thread::sleep(Duration::from_micros(random(seed, 2, 1_500_000)));
-    // A closed piece is handed to the system, so whoever reads the file sees it: that is the acknowledgement.
+    // A closed piece is handed to the system, so readers of the file see it: that is the acknowledgement.
     let before = std::fs::read(&file).unwrap_or_default();
     std::thread::sleep(Duration::from_micros(random(seed, 3, 20_000)));
     child.kill().unwrap();
@@ -111,7 +111,7 @@ fn read_by_others(file: &Path) {
     assert_eq!(summary.stats.unwrap().message_count, messages as u64);
 }
 
-/// The messages of a file that may end anywhere, as somebody else's library reads them.
+/// The messages of a file that may end anywhere, as read by a foreign library.
 fn messages(file: &[u8]) -> Vec<Message> {
     if file.len() < mcap::MAGIC.len() {
         return Vec::new();

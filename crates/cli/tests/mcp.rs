@@ -148,7 +148,7 @@ fn an_operator_over_mcp_drives_and_sets_only_what_is_operable() {
     refused(&calls[5], &["`seconds` is above 0 and at most 10"]);
     refused(&calls[6], &["right"]);
     done(&calls[7]);
-    // The gate holds back whoever drives.
+    // The gate limits the driver.
     assert_ne!(done(&calls[8])["gate"]["state"], "armed", "{}", calls[8]);
 }
 

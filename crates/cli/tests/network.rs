@@ -105,7 +105,7 @@ fn two_agents_share_over_tls_with_certificates_of_the_book() {
 }
 
 #[test]
-fn both_sides_say_who_is_refused_and_why() {
+fn both_sides_log_refused_agent_and_reason() {
     let mut scene = Scene::new("tls-refused");
     let folder = scene.running.folder().to_owned();
     // Another authority's; the agent itself takes both.
@@ -122,7 +122,7 @@ fn both_sides_say_who_is_refused_and_why() {
     scene.says("log", "arm", &[words]);
     scene.says("peers", "arm", &[words]);
 
-    // One that nobody has allowed.
+    // One without permission.
     make_certificates(&folder.join("keys"), |block| {
         let (_, agents) = block.split_once("for agent in").unwrap();
         format!("for agent in{agents}").replace("base arm", "leg")

@@ -31,7 +31,7 @@ const EXP1: [&str; 11] = [
 ];
 
 #[test]
-fn goals_that_nobody_reads_are_told_to_do_nothing() {
+fn unread_goals_are_reported_as_ineffective() {
     let mut running = Running::new("goal-unread");
     running.start("exp3", &["run", "exp3", "--headless", "--rate", "0.3"]);
     let words = ["no module has a settable goal", "the goals of r2/knowledge, r3/knowledge have no reader"];
@@ -119,7 +119,7 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
     while running.read("exp1", "/r2/wheels/command/left") != 0.0 {
         assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
     }
-    // The plan would drive on, and does not while somebody has the controls.
+    // The plan would drive on, and does not while a person has the controls.
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!(running.read("exp1", "/r2/wheels/command"), serde_json::json!({ "left": 0.0, "right": 0.0 }));
     hold(&mut terminal, b"\x1b[D", &|(left, right)| left < 0.0 && right > 0.0);
@@ -135,7 +135,7 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
 }
 
 #[test]
-fn a_robot_stops_when_who_drives_it_is_gone() {
+fn robot_stops_when_its_operator_disconnects() {
     let running = started("teleop-gone");
     let mut terminal = Terminal::new(&running, "teleop r2/wheels");
     wait_for("the controls", || holder(&running).is_string());
@@ -155,7 +155,7 @@ fn a_robot_stops_when_who_drives_it_is_gone() {
 }
 
 #[test]
-fn who_drives_is_told_what_is_missing() {
+fn teleoperation_reports_what_is_missing() {
     let running = started("teleop-refused");
     running.fails(2, &["teleop"], &["stdin is not a terminal", "terminal"]);
     let (code, shown) = Terminal::new(&running, "teleop r2/weels").end();
@@ -187,7 +187,7 @@ fn a_goal_is_set_where_the_robot_keeps_it() {
             &["outside the world, which extends from [-2.5, -2.475] to"],
         );
     }
-    running.fails(2, &["goal", "1", "inf", "--yes"], &["metres"]);
+    running.fails(2, &["goal", "1", "inf", "--yes"], &["meters"]);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn any_operation_of_the_api_is_called_by_its_path() {
     running.done(&["api", "GET", "/openapi.json", "--out", "openapi.json"]);
     let document = std::fs::read_to_string(running.folder().join("openapi.json")).unwrap();
     assert!(document.contains("\"3.1.0\""));
-    // A stream goes on until nobody reads it.
+    // A stream continues until its reader ends.
     let path = "/slate/exp1/simulator/r2/truth";
     let mut stream = running.command(&["api", "GET", path, "--accept", "text/event-stream"]);
     let mut stream = stream.stdout(Stdio::piped()).spawn().unwrap();
@@ -243,7 +243,7 @@ fn api_reaches_an_agent_without_a_console() {
 }
 
 #[test]
-fn where_a_run_was_is_told_with_the_route_of_each_point() {
+fn trajectory_has_route_of_each_point() {
     let running = started("trails");
     let points = || {
         let trails: Value =
@@ -268,7 +268,7 @@ fn the_link_has_the_secret_of_a_role_and_needs_a_console() {
     let viewer = json(&running.call(&["console", "--role", "viewer", "--json"]));
     assert_eq!((&viewer["role"], &viewer["agent"]), (&"viewer".into(), &"exp1".into()));
     assert_ne!(viewer["link"], link.trim());
-    // A browser that is told what to open.
+    // A browser with a URL to open.
     let browser = running.folder().join("browser");
     std::fs::write(&browser, "#!/bin/sh\nprintf %s \"$1\" > opened\n").unwrap();
     std::fs::set_permissions(&browser, Permissions::from_mode(0o755)).unwrap();
@@ -277,7 +277,7 @@ fn the_link_has_the_secret_of_a_role_and_needs_a_console() {
     wait_for("the browser", || {
         std::fs::read_to_string(running.folder().join("opened")).is_ok_and(|opened| opened == link.trim())
     });
-    // A second one of that name, which nobody reaches over HTTP.
+    // A second one of that name, which is not reachable over HTTP.
     running.start("exp1-2", &["run", "exp1", "--headless", "--rate", "1"]);
     running.fails(3, &["console", "--agent", "exp1-2"], &["exp1-2", "console.port"]);
     assert_eq!(running.done(&["console", "--agent", "exp1"]), link);
@@ -328,13 +328,13 @@ fn there_is_a_page_for_man_of_each_verb() {
 }
 
 #[test]
-fn colours_are_used_when_they_are_asked_for() {
+fn colors_are_used_on_request() {
     let running = Running::new("colours");
-    let coloured = |arguments: &[&str]| text(&running.call(arguments).stderr).contains('\x1b');
+    let colored = |arguments: &[&str]| text(&running.call(arguments).stderr).contains('\x1b');
     let wrong = ["check", "exp1", "--set", "loop.period=0ms"];
-    assert!(!coloured(&wrong));
-    assert!(coloured(&[&wrong[..], &["--color", "always"]].concat()));
-    assert!(coloured(&[&["--color=always"], &wrong[..]].concat()));
-    assert!(!coloured(&[&wrong[..], &["--color", "never"]].concat()));
-    assert!(coloured(&["--color=always", "chek"]) && !coloured(&["--color=never", "chek"]));
+    assert!(!colored(&wrong));
+    assert!(colored(&[&wrong[..], &["--color", "always"]].concat()));
+    assert!(colored(&[&["--color=always"], &wrong[..]].concat()));
+    assert!(!colored(&[&wrong[..], &["--color", "never"]].concat()));
+    assert!(colored(&["--color=always", "chek"]) && !colored(&["--color=never", "chek"]));
 }

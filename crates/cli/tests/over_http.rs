@@ -38,7 +38,7 @@ const EXP1: [&str; 13] = [
 
 const ROLES: [&str; 3] = ["viewer", "operator", "developer"];
 
-/// An agent, and somebody elsewhere, who finds no socket and no secret of it.
+/// An agent, and a caller without its socket and secret.
 struct Elsewhere {
     agent: Running,
     user: Running,
@@ -64,7 +64,7 @@ impl Elsewhere {
         link.trim().split_once("#token=").unwrap().1.to_owned()
     }
 
-    /// The command, as somebody of a role calls it.
+    /// The command, called with a role.
     fn command(&self, role: &str, arguments: &[&str]) -> Command {
         let mut command = self.user.command(arguments);
         command.env("SLATE_AGENT", &self.address).env("SLATE_TOKEN", self.token(role));
@@ -138,13 +138,13 @@ fn every_verb_works_remotely_within_the_rights_of_its_role() {
     let report = all.agent.folder().join("runs/exp1-0");
     for role in ROLES {
         let rank = |role: &str| ROLES.iter().position(|own| *own == role);
-        // Whoever records makes a new file.
+        // A recording makes a new file.
         for name in ["recording.mcap", "flight.mcap"] {
             let _ = std::fs::remove_file(report.join(name));
         }
         for (arguments, least) in verbs {
             let output = all.call(role, arguments);
-            // An operator sets inputs, so only the agent knows who sets what is named.
+            // An operator sets inputs, so only the agent knows the setter of a name.
             let is_value = matches!(arguments[0], "set" | "goal");
             let named = if is_value && role == "viewer" { "operator" } else { least };
             match rank(role) < rank(least) {
@@ -158,7 +158,7 @@ fn every_verb_works_remotely_within_the_rights_of_its_role() {
     assert!(there.join("snapshots/now.snapshot").is_file());
     assert!(report.join("recording.mcap").is_file() && report.join("trace.json").is_file(), "{report:?}");
     assert_eq!(std::fs::read_dir(here).unwrap().count(), 0);
-    // A recording is fetched from there, by whoever may look.
+    // A viewer can fetch a recording.
     let said = all.done("viewer", &["record", "fetch", "recording", "--out", "mine.mcap"]);
     let read = |file: PathBuf| std::fs::read(file).unwrap();
     assert!(said.starts_with("mine.mcap has "), "{said}");
@@ -184,7 +184,7 @@ fn every_verb_works_remotely_within_the_rights_of_its_role() {
 }
 
 #[test]
-fn what_is_of_this_computer_is_not_taken_for_the_agents() {
+fn local_paths_are_not_taken_for_remote_ones() {
     let all = Elsewhere::new("elsewhere-files");
     let call = |arguments: &[&str]| all.call("developer", arguments);
     says(&call(&["record", "start", "--out", "here/run.mcap"]), 2, &["file of this computer", "run.mcap"]);
@@ -235,7 +235,7 @@ fn a_secret_is_found_given_or_refused() {
 }
 
 #[test]
-fn who_is_not_reached_says_why() {
+fn unreachable_agent_has_reason() {
     let user = Running::new("unreached");
     let call = |address: &str| {
         let arguments = ["module", "list", "--agent", address];
@@ -304,7 +304,7 @@ impl Cable {
         Self { address: format!("http://{own}"), is_cut }
     }
 
-    /// Nothing goes through, and neither end is told.
+    /// Nothing passes, and neither end is notified.
     fn cut(&self) {
         self.is_cut.store(true, Ordering::Relaxed);
     }
@@ -350,7 +350,7 @@ fn a_remote_robot_is_driven_by_keys_and_stops_on_disconnect() {
     let output = driver.wait_with_output().unwrap();
     assert!(text(&output.stdout).contains("is released"), "{output:?}");
     assert_eq!(holder(), Value::Null);
-    // The network goes, and nobody is told.
+    // The network fails without notice.
     let cable = Cable::to(&all.address);
     let mut driver = terminal(&all, &cable.address, "teleop");
     wait_for("the controls", || holder().is_string());
@@ -478,7 +478,7 @@ fn an_agent_with_a_certificate_is_queried_over_tls() {
                     assert_eq!(json(&said)["role"], "developer");
                     says(&call(address, Some("own.pem"), &["stop"]), 0, &[]);
                 }
-                // That of another one is no reason, and there is none to trust whoever is there.
+                // Another agent's certificate is no reason to trust this one.
                 says(&call(&address, Some("signed.pem"), &list), 3, &["is not trusted", "SLATE_CERTIFICATE"]);
                 says(&call(&address, Some("authority.pem"), &list), 3, &["is not trusted", "signed it"]);
                 says(&call(&address, None, &list), 3, &["is not trusted", "SLATE_CERTIFICATE"]);
@@ -488,7 +488,7 @@ fn an_agent_with_a_certificate_is_queried_over_tls() {
                 says(&call(&address, Some("nothing.pem"), &list), 2, &["nothing.pem"]);
                 let open = address.replace("https:", "http:");
                 says(&call(&open, Some("own.pem"), &list), 3, &["speaks TLS", &address]);
-                // Who runs it knows its certificate.
+                // The operator knows its certificate.
                 assert_eq!(json(&agent.call(&["api", "GET", "/agent"]))["role"], "developer");
                 assert!(agent.done(&["module", "list", "--agent", &address]).contains("r2/planner"));
             }

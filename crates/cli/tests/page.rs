@@ -21,15 +21,15 @@ fn read(page: &Path) -> (String, usize) {
     (texts.map(str::trim).filter(|text| !text.is_empty()).collect::<Vec<_>>().join("|"), pictures)
 }
 
-/// The colours of the lines of a picture, and how many lines there are of each.
-fn colours(picture: &Path) -> Vec<String> {
+/// The colors of the lines of a picture, and how many lines there are of each.
+fn colors(picture: &Path) -> Vec<String> {
     let picture = std::fs::read_to_string(picture).unwrap();
     let document = Document::parse(&picture).unwrap();
     let lines = document.descendants().filter(|node| node.has_tag_name("polyline"));
-    let mut colours: Vec<_> = lines.filter_map(|line| line.attribute("stroke")).map(String::from).collect();
-    colours.sort();
-    colours.dedup();
-    colours
+    let mut colors: Vec<_> = lines.filter_map(|line| line.attribute("stroke")).map(String::from).collect();
+    colors.sort();
+    colors.dedup();
+    colors
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn the_page_of_a_recording_tells_what_that_of_its_run_tells() {
             "Decisions",
             "Distances",
             "reactive to deliberative",
-            "r1 to r2: centres",
+            "r1 to r2: centers",
         ] {
             assert!(page.contains(words), "{name} lacks `{words}`");
         }
@@ -77,7 +77,7 @@ fn the_page_of_a_recording_tells_what_that_of_its_run_tells() {
     assert!(pages[2].0.contains("--set record.enabled=true"), "{}", pages[2].0);
     // The same picture, drawn from other samples.
     for name in ["trajectory.svg", "timeline.svg", "scene.svg"] {
-        let [recorded, run] = ["recorded", "run"].map(|place| colours(&folder.join(place).join(name)));
+        let [recorded, run] = ["recorded", "run"].map(|place| colors(&folder.join(place).join(name)));
         assert_eq!(recorded, run, "{name}");
     }
     let summary =
@@ -106,7 +106,7 @@ fn a_report_elsewhere_has_all_pictures_of_its_page_beside_it() {
 }
 
 #[test]
-fn what_is_no_run_is_refused() {
+fn folder_without_run_is_refused() {
     let folder = folder("page-refused");
     for (arguments, words) in [
         (&["report", "nowhere"][..], "nowhere` can't be read"),

@@ -1,4 +1,4 @@
-//! Names under which no tool would reach an agent, and checks of a configuration that has very many mistakes.
+//! Names under which no tool would reach an agent, and checks of a configuration that has very many errors.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -37,7 +37,7 @@ fn name_that_tools_cannot_reach_is_refused() {
 }
 
 #[test]
-fn many_mistakes_are_told_in_bounded_time() {
+fn many_errors_are_reported_in_bounded_time() {
     let running = Running::new("check-many");
     let keys: String = (0..20_000).map(|number| format!("nonsense_{number} = 1\n")).collect();
     std::fs::write(running.folder().join("many.toml"), format!("[world]\n{keys}\n[modules.a]\n{keys}"))

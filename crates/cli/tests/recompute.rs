@@ -175,7 +175,7 @@ fn relinking_switching_and_setting_leave_every_module_equal() {
     check(&record("adaptation", "changes", &[], 110, changes));
 }
 
-/// Messages are those of who sends them: their links are another one's, and its alone, when it runs.
+/// Messages belong to their sender: when it runs, its links alone carry them.
 #[test]
 fn every_module_is_the_same_after_links_of_messages() {
     let changes: Changes<'_> = &[
@@ -187,7 +187,7 @@ fn every_module_is_the_same_after_links_of_messages() {
     check(&record("exp1", "messages", &[], 70, changes));
 }
 
-/// Whoever commands a gate that was stopped has it stopped again, and let go on again.
+/// A rerun repeats the stops and resets of a gate.
 #[test]
 fn every_module_is_the_same_after_stops_of_the_actuators() {
     let path = record_with("exp1", "stops", &[], 100, |agent, cycle| match cycle {
@@ -224,7 +224,7 @@ fn order(agent: &Agent, command: &str, element: u32) {
 /// What a developer orders is recorded as all messages are.
 #[test]
 fn every_module_of_a_mission_under_orders_is_the_same() {
-    // The token goes on to the second way, by a forced transition and a step.
+    // The token continues to the second way, by a forced transition and a step.
     let end_of_first_way = 18;
     let file = format!("robots.r2.modules.planner.params.plan_filename=\"{EXAMPLES}/patrol/patrol.pnml\"");
     let path = record_with("patrol", "patrol", &[&file], 60, |agent, cycle| match cycle {

@@ -1,4 +1,4 @@
-//! Recordings of runs, as somebody else's library reads them, and the same runs made again from them.
+//! Recordings of runs, as read by a foreign library, and the same runs made again from them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;
@@ -239,7 +239,7 @@ fn a_part_of_a_recording_is_not_judged_and_gaps_are_named() {
     let named =
         said.split_once("nothing is in it of ").is_some_and(|(_, named)| named.contains("/r2/sonar/value"));
     assert!(named && code == Some(2), "{said}");
-    // Nor do modules run on that, unless somebody wants it.
+    // Nor do modules run on that, unless requested.
     for (file, words) in
         [("thin.mcap", "values of /r2/sonar/value"), ("without.mcap", "nothing of /r2/sonar/value")]
     {
@@ -330,7 +330,7 @@ fn a_compressed_copy_is_made_again_like_the_recording_itself() {
     assert_eq!(verify(&folder, "small.mcap"), verify(&folder, "here/run.mcap"));
 }
 
-/// The run goes on for this long, whatever happens, and it is quick enough for a test.
+/// The run continues for this long, whatever happens, and it is quick enough for a test.
 pub(crate) const LONG: [&str; 6] = [
     "--set",
     "modules.referee.params.time_limit=20.0",
@@ -341,7 +341,7 @@ pub(crate) const LONG: [&str; 6] = [
 ];
 
 #[test]
-fn what_is_changed_during_the_run_is_changed_again() {
+fn rerun_repeats_changes_of_the_run() {
     let mut running = Running::new("record-changes");
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
@@ -368,7 +368,7 @@ fn what_is_changed_during_the_run_is_changed_again() {
     let (said, code) = verify(running.folder(), "here/run.mcap");
     assert!(said.starts_with("identical, "), "{said}");
     assert_eq!(code, Some(0));
-    // Modules that run on the recording go on with other code where they did.
+    // Modules that run on the recording continue with other code where they did.
     let modules = "r2/planner,r2/execute,r2/avoid_obstacle,r2/avoid_wall,r2/pass_position";
     let output = running.call(&["replay", "here/run.mcap", "--rate", "max", "--recompute", modules]);
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
@@ -376,7 +376,7 @@ fn what_is_changed_during_the_run_is_changed_again() {
     assert_eq!(output.status.code(), Some(0));
 }
 
-/// Records a run that goes on while something is done to it, and makes it again.
+/// Records a run that continues while something is done to it, and makes it again.
 fn done_again(name: &str, commands: &[&[&str]]) {
     let mut running = Running::new(name);
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
@@ -402,7 +402,7 @@ fn done_again(name: &str, commands: &[&[&str]]) {
 }
 
 #[test]
-fn what_a_person_did_with_the_actuators_is_done_again() {
+fn rerun_repeats_manual_actuator_commands() {
     let again: [&[&str]; 5] = [&["stop", "a cable"], &["reset"], &["arm"], &["stop"], &["reset"]];
     done_again("record-stop", &again);
 }
@@ -425,7 +425,7 @@ fn plugins_that_left_and_came_during_the_run_do_so_again() {
 }
 
 #[test]
-fn what_can_not_be_made_again_is_not_covered() {
+fn unrepeatable_changes_are_not_covered() {
     let mut running = Running::new("record-other");
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
@@ -437,12 +437,12 @@ fn what_can_not_be_made_again_is_not_covered() {
     running.done(&["snapshot", "load", "here.snapshot"]);
     running.finish();
     let (said, code) = verify(running.folder(), "here/run.mcap");
-    assert!(said.contains("not covered: after cycle") && said.contains("going on from a snapshot"), "{said}");
+    assert!(said.contains("not covered: after cycle") && said.contains("restoring a snapshot"), "{said}");
     assert_eq!(code, Some(2));
     // Nor is it said of a module that it writes something else.
     let tried = slate(running.folder(), &["try", "r2/execute", "--bag", "here/run.mcap"]);
     let said = text(&tried.stdout);
-    assert!(said.contains("going on from a snapshot, which can't be repeated and may explain"), "{said}");
+    assert!(said.contains("restoring a snapshot, which can't be repeated and may explain"), "{said}");
     assert_eq!(tried.status.code(), Some(2));
 }
 
@@ -480,7 +480,7 @@ fn a_run_is_made_again_in_the_world_that_it_was_in() {
     assert_eq!(verified(&folder, "here/run.mcap").0["replaced"], serde_json::json!(["worlds/mine.toml"]));
     std::fs::remove_file(&world).unwrap();
     assert_eq!(verify(&folder, "here/run.mcap"), (identical.clone(), Some(0)));
-    // Of one without it, nobody knows whether it was this one.
+    // One without it may be another one.
     let path = folder.join("here/run.mcap");
     let (mut reader, mut all) = (Reader::open(&path).unwrap(), Vec::new());
     all.extend((0..reader.attachments()).map(|number| reader.attachment(number).unwrap().unwrap()));

@@ -11,7 +11,7 @@ use common::{Running, exp1, folder, slate, text};
 use mcap::read::{LinearReader, Options};
 
 #[test]
-fn what_was_closed_is_there_after_a_kill() {
+fn closed_chunks_survive_a_kill() {
     let running = Running::new("record-kill");
     for round in 0..4_u64 {
         let name = format!("run{round}");

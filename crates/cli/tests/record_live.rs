@@ -193,7 +193,7 @@ fn a_tools_recording_ends_well_with_its_agent() {
 }
 
 #[test]
-fn configuration_rules_select_values_and_show_their_mistakes() {
+fn configuration_rules_select_values_and_show_errors() {
     let mut running = Running::new("live-rules");
     let rules = r#"record.rules=[{ select = "/simulator/**", rate = 10.0 }, { select = ["/r2/*/timing"], on_change = true }]"#;
     running.start("exp1", &[&RUN[..], &["--set", "record.enabled=true", "--set", rules]].concat());
@@ -221,7 +221,7 @@ fn configuration_rules_select_values_and_show_their_mistakes() {
 }
 
 #[test]
-fn the_last_seconds_are_saved_when_somebody_asks() {
+fn flight_recorder_saves_on_request() {
     let mut running = Running::new("live-flight");
     running.start("exp1", &[&RUN[..], &FLIGHT, &["--set", "record.flight.keep=1s"]].concat());
     wait(&running, 2.5);
@@ -314,7 +314,10 @@ fn a_trigger_saves_the_last_seconds_but_not_again_and_again() {
     let time: u64 = flight["time_ns"].parse().unwrap();
     assert!(all["/r2/wheels/gate"].iter().any(|(_, own)| *own == time), "what happened is in it");
     let log = running.done(&["log"]);
-    assert!(log.contains("are saved in here/flight-stop-1.mcap, as /r2/wheels/gate told of a stop"), "{log}");
+    assert!(
+        log.contains("are saved in here/flight-stop-1.mcap, as /r2/wheels/gate reported a stop"),
+        "{log}"
+    );
 }
 
 #[test]

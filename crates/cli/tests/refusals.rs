@@ -132,7 +132,7 @@ fn files_that_can_not_be_read_are_named() {
 }
 
 #[test]
-fn mistakes_in_a_file_are_shown_with_file_and_line() {
+fn errors_in_file_have_file_and_line() {
     mistaken("syntax", "[modules.simulator]\nparams = {\n", 2, &[]);
     mistaken("table", "[agent]\nname = \"a\"\n[lops]\nperiod = \"20ms\"\n", 3, &["lops", "loop"]);
     mistaken("plugin", "[modules.a]\nkind = \"simulater\"\n", 2, &["simulater", "simulator"]);

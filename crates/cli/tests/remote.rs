@@ -66,7 +66,7 @@ fn exp1_is_reloaded_and_its_speed_set_while_it_drives() {
 }
 
 #[test]
-fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
+fn refusal_of_agent_has_place_and_remedy() {
     let mut running = Running::new("refused");
     running.start("exp1", &EXP1);
     let speed = "robots.r2.modules.planner.params.max_linear_velocity";
@@ -198,7 +198,7 @@ fn a_file_is_edited_and_saved_while_its_agent_runs() {
     let time_limit = || running.read("robot", "/referee/params/time_limit");
     std::fs::write(&file, limit("time_limit = 90.0")).unwrap();
     eventually(&|| time_limit() == 90.0);
-    // A mistake changes nothing, and the edit that mends it is taken over.
+    // An error changes nothing, and the edit that mends it is taken over.
     std::fs::write(&file, limit("time_limit = -1.0")).unwrap();
     // The last line of the report.
     eventually(&|| running.read("robot", "/log/tail").to_string().contains("choose a value from 0"));

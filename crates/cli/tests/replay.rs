@@ -210,7 +210,7 @@ fn sent_messages_are_compared_without_a_running_receiver() {
     assert!(plans(&said).contains("different"), "{said}");
     let first = said.lines().find(|line| line.starts_with("first difference at ")).unwrap();
     assert!(first.contains(" s: /r2/execute/plan/") && first.contains(", replayed "), "{said}");
-    // So it is of several who send to one mailbox.
+    // The same holds for several senders to one mailbox.
     let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
     let said = printed(&folder, 0, &[&replay[..], &["r2/avoid_wall,r2/avoid_obstacle"]].concat());
     assert!(said.contains("\n/r2/execute/reflexes") || said.starts_with("/r2/execute/reflexes"), "{said}");
@@ -236,7 +236,7 @@ fn messages_of_threads_are_named_and_not_compared() {
 }
 
 #[test]
-fn a_module_that_begins_later_is_said_to_have_begun_anew() {
+fn later_start_of_module_is_reported_as_restart() {
     let folder = folder("replay-later");
     recorded(&folder);
     let later = ["replay", "here/run.mcap", "--rate", "max", "--start", "1.5", "--recompute"];
@@ -324,7 +324,7 @@ fn a_module_is_tried_with_the_code_of_a_library() {
 }
 
 #[test]
-fn what_can_not_be_played_is_refused_in_words() {
+fn unplayable_recordings_are_refused_in_words() {
     let folder = folder("replay-refused");
     let file = recorded(&folder);
     let bytes = std::fs::read(&file).unwrap();

@@ -113,7 +113,7 @@ fn the_saved_summary_is_the_printed_one() {
 }
 
 #[test]
-fn json_is_printed_only_for_who_asks() {
+fn json_is_printed_only_on_request() {
     let folder = folder("plain");
     let output = slate(&folder, &["run", "exp1", "--headless", "--set", &limit(1)]);
     let stdout = text(&output.stdout);
@@ -136,7 +136,7 @@ fn live_lines_tell_what_robots_do_before_the_summary() {
     ] {
         assert!(display.contains(line), "the display does not say {line}: {display}");
     }
-    assert!(!stdout.contains('\u{1b}'), "who reads no terminal gets no colours");
+    assert!(!stdout.contains('\u{1b}'), "who reads no terminal gets no colors");
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn a_later_run_replaces_the_report_of_an_earlier_one() {
 }
 
 #[test]
-fn who_does_not_arrive_has_timed_out() {
+fn run_without_arrival_times_out() {
     let (summary, code) = exp1(&folder("timed_out"), &["--set", &limit(1)]);
     assert_eq!((summary["outcome"].as_str(), code), (Some("timed_out"), Some(1)), "{summary}");
     assert!((1.0..1.1).contains(&summary["sim_time_s"].as_f64().unwrap()), "{summary}");
@@ -239,7 +239,7 @@ fn a_report_names_each_variant_of_the_run_with_its_time() {
 }
 
 #[test]
-fn a_batch_counts_who_failed() {
+fn batch_counts_failed_robots() {
     let folder = folder("failing");
     let arguments = ["batch", "exp1", "--runs", "3", "--seed", "7", "--json", "--set", &limit(1)];
     let output = slate(&folder, &arguments);
@@ -281,7 +281,7 @@ fn a_configuration_file_runs_from_any_folder_under_its_own_name() {
 }
 
 #[test]
-fn the_outcome_is_told_also_when_the_report_can_not_be_written() {
+fn outcome_is_printed_without_writable_report() {
     let folder = folder("unwritten");
     // What stands in the way of the first file.
     std::fs::create_dir_all(folder.join("here/trajectory.csv.partial")).unwrap();
@@ -303,7 +303,7 @@ fn parallel_runs_use_folders_of_their_own_and_a_kill_frees_one() {
     assert!(!report.exists());
     running.call(&run(&["--out", "here"]));
     assert!(report.exists());
-    // Where nobody has named a folder, the next one is taken.
+    // Without a named folder, the next one is taken.
     running.start("exp1", &[&run(&[])[..], &endless].concat());
     let output = running.call(&run(&[]));
     let said = text(&output.stderr);

@@ -226,19 +226,19 @@ fn the_reactive_robot_arrives_at_its_target_and_repeats() {
 fn the_hybrid_robot_explores_by_its_mission_and_repeats() {
     // Images cost most of the time of a run, and exploration needs none.
     let blind = ["modules.image_processor.enabled=false"];
-    let (mut goals, mut travelled) = (BTreeSet::new(), 0.0);
+    let (mut goals, mut traveled) = (BTreeSet::new(), 0.0);
     drive("hybrid.toml", &blind, 450, |agent| {
         let goal = ["x", "y"].map(|part| number(agent, &format!("mission_manager/target/{part}")));
         if let [Some(x), Some(y)] = goal {
-            // To the decimetre.
+            // To the decimeter.
             goals.insert([(10.0 * x).round() as i64, (10.0 * y).round() as i64]);
         }
         let pose = ["x", "y"].map(|part| number(agent, &format!("localizer/change/pose/{part}")));
         if let [Some(x), Some(y)] = pose {
-            travelled = slate::module::math::hypot(x + 4.2, y - 0.6);
+            traveled = slate::module::math::hypot(x + 4.2, y - 0.6);
         }
     });
-    assert!(goals.len() > 1 && travelled > 0.8, "{goals:?}, {travelled} m");
+    assert!(goals.len() > 1 && traveled > 0.8, "{goals:?}, {traveled} m");
     let digest = || drive("hybrid.toml", &[], 40, |_| ());
     assert!(digest().is_some_and(|first| digest() == Some(first)));
 }

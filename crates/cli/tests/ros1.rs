@@ -12,7 +12,7 @@ fn block(language: &str) -> &'static str {
 }
 
 #[test]
-fn what_does_not_fit_ros_1_is_told_before_a_run() {
+fn ros_1_mismatch_is_reported_before_run() {
     let running = Running::new("ros1-check");
     let robot = running.folder().join("robot.toml");
     std::fs::write(&robot, block("toml")).unwrap();
@@ -85,7 +85,7 @@ fn rospy_drives_a_robot_and_the_run_replays() {
     driver.args(["60", "/usr/bin/python3", "driver.py"]);
     let output = slate_test_tools::run(&mut driver, "the node does not drive the robot");
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "there");
-    // What comes from ROS is overwritten, and a tool is told by whom.
+    // What comes from ROS is overwritten, and a tool gets the name of the writer.
     running.fails(5, &["set", "/simulator/r2/wheels/left", "1.0", "--agent", "pioneer"], &["ros1:/wheels"]);
     running.interrupt();
     running.finish();

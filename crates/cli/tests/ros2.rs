@@ -12,7 +12,7 @@ fn block(language: &str) -> &'static str {
 }
 
 #[test]
-fn topics_that_do_not_fit_are_told_before_a_run() {
+fn mismatched_topics_are_reported_before_run() {
     let running = Running::new("ros2-check");
     let robot = running.folder().join("robot.toml");
     std::fs::write(&robot, block("toml")).unwrap();
@@ -55,7 +55,7 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         running.fails(2, &["run", "robot.toml", "--headless"], words);
     };
     with("\"simulator/r2/wheels\" = \"lcm:wheels\"");
-    refused(&["`lcm:wheels` has an unknown scheme", "there are dds:, ros1:, ros2:, zenoh: and slate://"]);
+    refused(&["`lcm:wheels` has an unknown scheme", "available: dds:, ros1:, ros2:, zenoh: and slate://"]);
     with("\"simulator/r2/wheel\" = \"ros2:/wheels\"");
     running.fails(7, &["check", "robot.toml"], &["`simulator` has no input `r2/wheel`", "r2/wheels"]);
     with("\"zenoh:demo/odometry\" = \"simulator/r2/odometry\"");
@@ -110,7 +110,7 @@ fn a_node_drives_a_robot_and_the_run_replays() {
     driver.env("ROS_DOMAIN_ID", domain).env("ROS_LOG_DIR", folder.join("log"));
     let output = slate_test_tools::run(&mut driver, "the node does not drive the robot");
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "there");
-    // What comes from ROS is overwritten, and a tool is told by whom.
+    // What comes from ROS is overwritten, and a tool gets the name of the writer.
     running.fails(5, &["set", "/simulator/r2/wheels/left", "1.0", "--agent", "pioneer"], &["ros2:/wheels"]);
     running.interrupt();
     running.finish();
@@ -173,7 +173,7 @@ fn topics_of_a_domain_are_listed_printed_and_measured() {
 
 #[test]
 #[cfg(feature = "ros2")]
-fn a_router_that_is_not_there_or_not_allowed_is_told() {
+fn missing_or_forbidden_router_is_reported() {
     let running = Running::new("ros2-router");
     let list = ["ros", "list", "--wait", "10ms"];
     let far = [&list[..], &["--wire", "zenoh", "--router", "tcp/10.0.0.7:7447"]].concat();

@@ -68,7 +68,7 @@ fn two_agents_share_in_either_order_and_after_a_kill() {
     // The robot is the first of the runs; it has no chance to say that it goes.
     running.kill();
     wait_for("its absence", || {
-        trouble(&running, "referee/truth").is_some_and(|trouble| trouble.contains("`robot` is not there"))
+        trouble(&running, "referee/truth").is_some_and(|trouble| trouble.contains("`robot` is not reachable"))
     });
     run(&mut running, "robot");
     wait_for_values(&running, "referee/truth");
@@ -213,7 +213,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     running.done(&["unlink", "slate://watcher/referee/clearance"]);
     let good = dry("slate://robot/simulator/r2/truth");
     assert!(running.done(&good.each_ref().map(String::as_str)).contains("dry run"));
-    // One that has no socket here is asked through the one that knows it.
+    // An agent without a local socket is queried through one that knows it.
     std::fs::remove_file(running.sockets().join("slate/robot.sock")).unwrap();
     wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
     let file = running.folder().join("robot.json");
@@ -226,7 +226,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
 }
 
 #[test]
-fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
+fn agent_without_sharing_opens_no_endpoint() {
     let mut running = agents("share-none");
     std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "") + WORLD).unwrap();
     run(&mut running, "alone");

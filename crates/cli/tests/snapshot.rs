@@ -1,4 +1,4 @@
-//! A run that is frozen and goes on in another process is the run that went straight through, bit for bit.
+//! A run that is frozen and continues in another process is the run that went straight through, bit for bit.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;
@@ -69,7 +69,7 @@ fn a_running_agent_is_frozen_and_goes_back() {
     let said = running.done(&["snapshot", "load", "here.snapshot"]);
     assert!(said.contains(&format!("after cycle {cycle}")), "{said}");
     assert!(running.folder().join("here.snapshot").is_file());
-    // What does not fit is refused, and the agent goes on.
+    // What does not fit is refused, and the agent continues.
     let whole = std::fs::read(running.folder().join("here.snapshot")).unwrap();
     std::fs::write(running.folder().join("half.snapshot"), &whole[..whole.len() / 2]).unwrap();
     running.fails(
@@ -149,7 +149,7 @@ fn config_diff_and_revert_work_after_a_resume() {
     assert!(!running.done(&["config", "diff"]).contains("careful_linear_velocity"));
 }
 
-/// What is told, without where it comes from: a resumed run has no files.
+/// Report without its source: a resumed run has no files.
 #[test]
 fn a_snapshot_of_another_variant_is_refused_naming_its_own() {
     let mut running = Running::new("snapshot-variant");

@@ -97,7 +97,7 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
 }
 
 #[test]
-fn a_stop_takes_any_words_and_says_to_a_program_who_has_stopped() {
+fn stop_takes_any_words_and_json_names_stopped_agents() {
     let mut running = Running::new("stop-words");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     let reason = || running.read("exp1", "/log/tail").to_string();
@@ -153,7 +153,7 @@ fn several_agents_stop_though_one_hangs_which_is_named() {
     running.done(&["reset", "--agent", "exp1-2"]);
     running.done(&["arm", "--agent", "exp1-2"]);
 
-    // Who listens and never answers, as an agent that is frozen does.
+    // A listener that never answers, like a suspended agent.
     let socket = std::os::unix::net::UnixListener::bind(running.sockets().join("slate/frozen.sock")).unwrap();
     let output = running.call(&["stop"]);
     assert_eq!(output.status.code(), Some(3), "{output:?}");
@@ -248,7 +248,7 @@ fn stop_works_without_a_free_thread() {
     };
     call(&["stop", "no thread is left"]);
     stands(&running, "STOPPED");
-    // Who finds it by itself, and lets it go again, needs none either.
+    // A process that finds and releases it needs none either.
     call(&["reset"]);
     call(&["arm"]);
     drives(&running);

@@ -126,7 +126,7 @@ fn a_damaged_memory_starts_no_run() {
 }
 
 #[test]
-fn a_memory_that_can_not_be_written_is_told_and_stays() {
+fn unwritable_memory_is_reported_and_kept() {
     let folder = folder("strategies_full");
     let file = folder.join("r2.memory");
     run(&folder, &[REMEMBERS, TOO_SHORT]);
@@ -147,7 +147,7 @@ fn a_memory_that_can_not_be_written_is_told_and_stays() {
 }
 
 #[test]
-fn a_library_that_can_not_be_meant_so_is_told_once() {
+fn unsuitable_library_is_reported_once() {
     let inputs = "robots.r2.modules.knowledge.inputs";
     let role = format!("{inputs}.role={{ name = \"mesenger\" }}");
     let twice = "{ name = \"north\", role = \"messenger\" }";

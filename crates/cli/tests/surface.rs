@@ -80,7 +80,7 @@ fn a_shell_is_offered_what_there_is_at_that_moment() {
         let output = command.env("_CLAP_COMPLETE_INDEX", words.len().to_string()).output().unwrap();
         common::text(&output.stdout)
     };
-    // Names may come too late on a machine that is busy, which is no mistake.
+    // Names may come too late on a machine that is busy, which is no error.
     let eventually = |words: &[&str], wanted: &str| {
         let offer = (0..40).map(|_| offered(words)).find(|offer| offer.lines().any(|line| line == wanted));
         assert!(offer.is_some(), "{words:?}: {}", offered(words));
@@ -207,7 +207,7 @@ fn each_document_in_json_says_of_which_form_it_is() {
 }
 
 #[test]
-fn what_is_wrong_is_a_document_for_whoever_asks_for_json() {
+fn errors_are_a_document_with_json() {
     let mut running = Running::new("errors");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "0.3"]);
     std::fs::write(running.folder().join("bad.toml"), "[world]\n[modules.x]\ntyp = 1\n").unwrap();

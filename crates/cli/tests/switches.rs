@@ -1,4 +1,4 @@
-//! Modules that are switched and plugins that come and go in an agent that runs, and output that nobody gets.
+//! Modules that are switched and plugins that come and go in an agent that runs, and output without a reader.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "a robot that goes with the wall clock is measured by it")]
 
@@ -176,7 +176,7 @@ fn library_copies_are_swept_only_after_their_agent_was_killed() {
 }
 
 #[test]
-fn output_that_is_lost_is_told() {
+fn lost_output_is_reported() {
     let mut running = Running::new("lost");
     running.start("exp1", &EXP1);
     for arguments in [&["plugin", "list"][..], &["module", "list", "--json"], &["config", "get"], &["stop"]] {
@@ -184,7 +184,7 @@ fn output_that_is_lost_is_told() {
         let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
         assert_eq!(stderr.matches("stdout can't be written").count(), 1, "{arguments:?}: {stderr}");
-        // Who has gone, as `head` does, misses nothing.
+        // The reader may end early, as `head` does.
         let mut gone = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
         let pipe = gone.stdin.take().unwrap();
         gone.wait().unwrap();

@@ -15,7 +15,7 @@ struct Team(Child);
 
 impl Drop for Team {
     fn drop(&mut self) {
-        // It is asked to, so that it ends its agents.
+        // A signal, so that it ends its agents.
         let pid = rustix::process::Pid::from_child(&self.0);
         let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
         let _ = self.0.wait();
@@ -84,7 +84,7 @@ fn eight_robots_learn_each_others_finds_and_ask_for_looks() {
             4,
             "scout/atlas/obstacles",
             "slate://r22/scout/finder/found",
-            "no agent `r22` is known here; nearest: r2",
+            "no agent `r22` is known; nearest: r2",
         ),
         (4, "scout/atlas/obstacles", "slate://r5/scuot/finder/fuond", "no property at slate://r5/"),
     ] {
@@ -99,7 +99,7 @@ fn eight_robots_learn_each_others_finds_and_ask_for_looks() {
     let told = comes(|| {
         let ended = read(&running, "r1", "/scout/execute/status/ended");
         let ended = ended.as_array().cloned().unwrap_or_default();
-        ended.iter().any(|ended| ended["kind"] == "SendToLook" && ended["ending"] == "COMPLETED")
+        ended.iter().any(|ended| ended["kind"] == "SendToInspect" && ended["ending"] == "COMPLETED")
     });
     assert!(told, "no robot has told another one");
     drop(team);

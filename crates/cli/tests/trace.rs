@@ -218,7 +218,7 @@ fn say(listener: &UnixListener, answers: &[&str]) {
 }
 
 #[test]
-fn what_is_missing_is_said_and_is_no_failure() {
+fn missing_data_is_reported_without_failure() {
     let running = Running::new("trace_missing");
     let folder = running.sockets().join("slate");
     std::fs::DirBuilder::new().mode(0o700).create(&folder).unwrap();
@@ -237,7 +237,7 @@ fn what_is_missing_is_said_and_is_no_failure() {
     let output = running.call(&arguments);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(text(&output.stdout).starts_with("180 spans of 3 tracks over 0.50 s in "), "{output:?}");
-    let warning = "warning: 17 spans are missing, which came faster than the disk could write: \
+    let warning = "warning: 17 spans are missing, as the disk was too slow: \
                    10 of main loop, 7 of r2/execute; the trace marks where";
     assert_eq!(text(&output.stderr).trim_end(), warning);
     let output = running.call(&[&arguments[..], &["--json"]].concat());

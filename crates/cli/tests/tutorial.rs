@@ -59,7 +59,7 @@ impl Reader {
         said(&output)
     }
 
-    /// A run that goes on while the reader types into the other terminal.
+    /// A run that continues while the reader types into the other terminal.
     fn starts(&mut self, block: &str) {
         // `exec` makes the shell the command, which then gets Ctrl-C itself.
         let mut run = self.shell(&format!("exec {block}"));

@@ -102,7 +102,7 @@ fn a_script_waits_for_a_value() {
         text(&output.stderr).contains("the condition did not hold within 0.3 s: it is theta="),
         "{output:?}"
     );
-    // One mistake has one code, whichever verb meets it.
+    // One error has one code, whichever verb meets it.
     let has = ["theta", "x", "y"];
     running.fails(4, &["wait", "/simulator/r2/truth", "foo == 1"], &has);
     running.fails(4, &["get", "/simulator/r2/truth/foo"], &has);
@@ -140,7 +140,7 @@ fn settable_inputs_differ_from_linked_ones_and_conversions_show() {
 }
 
 #[test]
-fn how_often_values_come_is_measured_in_the_agent() {
+fn rates_are_measured_in_the_agent() {
     let mut running = Running::new("stat");
     running.start("exp1", &EXP1);
     let sonar = "/simulator/r2/sonar";
@@ -161,7 +161,7 @@ fn how_often_values_come_is_measured_in_the_agent() {
 }
 
 #[test]
-fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
+fn settable_values_are_set_and_others_have_remedy() {
     let mut running = Running::new("set");
     running.start("exp1", &EXP1);
     let said = running.done(&["set", "/r2/planner/params/max_linear_velocity", "0.3"]);
@@ -257,7 +257,7 @@ fn the_tree_the_modules_and_the_agents_are_shown() {
 }
 
 #[test]
-fn an_agent_that_hangs_holds_up_nobody_who_asks_for_another_one() {
+fn hanging_agent_delays_no_query_of_others() {
     let mut running = Running::new("hangs");
     running.start("exp1", &EXP1);
     running.start("exp1-2", &EXP1);
@@ -305,7 +305,7 @@ fn rules_of_reflexes_are_checked_when_set_and_when_relinked() {
     running.fails(5, &["set", timeout, "0.0"], &["release_timeout", "0.1 to 60"]);
     running.done(&["set", timeout, "5.0"]);
     running.done(&["wait", "/r2/knowledge/rules/bumper_release/timeout", "== 5.0", "--timeout", "20s"]);
-    // What is wrong at the next start, too, has no advice to start anew.
+    // What is wrong at the next start, too, has no help to start anew.
     let second = running.call(&["config", "set", "robots.r2.modules.planner2.kind=go_to_origin_planner"]);
     let said = text(&second.stderr);
     assert!(said.contains("a robot has one plan") && !said.contains("next start"), "{said}");

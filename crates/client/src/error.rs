@@ -100,7 +100,9 @@ impl From<RequestError> for ClientFailure {
     fn from(error: RequestError) -> Self {
         let message = error.to_string();
         match error {
-            RequestError::Trouble(trouble) => Self::new(SlateErrorKind::Unreachable, message, trouble.help()),
+            RequestError::AccessFailure(failure) => {
+                Self::new(SlateErrorKind::Unreachable, message, failure.help())
+            }
             RequestError::HttpRefusal(refusal) => {
                 let mut failure = Self::new(SlateErrorKind::Refused, message, refusal.help);
                 failure.code = refusal.code.unwrap_or_default();

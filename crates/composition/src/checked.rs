@@ -7,7 +7,7 @@ use slate_blackboard::{AddressSpace, BoardError};
 use slate_configuration::{Configuration, Report};
 use slate_module::PortDescription;
 
-use crate::Wired;
+use crate::LinkedConfiguration;
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
 use crate::external_ports::ExternalPorts;
@@ -28,7 +28,7 @@ pub struct CheckedComposition<'a> {
 /// Modules that took over a state, or the reason for which they did not.
 pub type RestoredStates = BTreeMap<String, Result<(), String>>;
 
-impl Wired {
+impl LinkedConfiguration {
     /// Checks the configuration, and what an agent would have at its start.
     ///
     /// # Errors

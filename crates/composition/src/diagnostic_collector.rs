@@ -13,7 +13,7 @@ pub struct DiagnosticCollector<'a> {
     /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
     /// Deferred diagnostics at settings that parameters follow.
-    /// The module that owns the setting may report the same mistake.
+    /// The module that owns the setting may report the same error.
     deferred: Vec<Diagnostic>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> DiagnosticCollector<'a> {
     }
 
     /// Adds the deferred diagnostics, except at places that already have one.
-    /// One mistake has one diagnostic.
+    /// One error has one diagnostic.
     pub fn add_deferred(&mut self) {
         for one in std::mem::take(&mut self.deferred) {
             if !self.diagnostics.iter().any(|other| other.is_at_place_of(&one)) {
@@ -61,7 +61,7 @@ impl<'a> DiagnosticCollector<'a> {
         }
     }
 
-    /// Adds a diagnostic whose message contains the advice.
+    /// Adds a diagnostic whose message contains the help.
     pub fn add_without_help(&mut self, span: Span, message: impl Into<Message>) {
         self.diagnostics.push(self.configuration.diagnostic(span, message, None));
     }
@@ -72,7 +72,7 @@ pub(crate) fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clo
     // A module's name may be the beginning of what was named.
     let near = nearest_paths(name, '/', names.clone());
     if near.is_empty() {
-        format!("there are: {}", names.collect::<Vec<_>>().join(", "))
+        format!("available: {}", names.collect::<Vec<_>>().join(", "))
     } else {
         format!("did you mean {}?", near.join(" or "))
     }

@@ -1,5 +1,5 @@
 //! Validation of a configuration against a catalogue of kinds.
-//! The result is a composition, or a report of all mistakes.
+//! The result is a composition, or a report of all errors.
 //!
 //! It creates no thread, no property and no agent: [`check`] works without an agent, which then creates the items of a
 //! [`Survey`] as a [`BuildPlan`] says. A [`CheckedComposition`] knows the properties of that agent too, so tools check
@@ -10,6 +10,7 @@ mod checked;
 mod diagnostic_collector;
 mod external_ports;
 pub mod link;
+mod linked_configuration;
 pub mod own;
 pub mod parameters;
 mod plan;
@@ -19,12 +20,12 @@ mod remote_path;
 mod setup;
 mod setup_problems;
 mod survey;
-mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
 pub use checked::{CheckedComposition, RestoredStates};
 pub use diagnostic_collector::DiagnosticCollector;
 pub use external_ports::{ExternalInputError, ExternalPorts};
+pub use linked_configuration::{LinkedConfiguration, sends};
 pub use plan::{
     BuildPlan, PlannedGate, PlannedPort, PlannedProperty, SAME_ACTUATOR, SAME_PATH, SPARE_READERS,
     gate_stores, interface_conflict, planned_gate, planned_properties, reader_refusal, shallow_source,
@@ -32,19 +33,18 @@ pub use plan::{
 pub use played::Played;
 pub use property_index::{PropertyFacts, PropertyIndex, check_facts};
 pub use remote_path::RemotePath;
-pub use setup::{Describe, OwnSetup, SetUp, SetupTrial, Wire, describe, set_up};
+pub use setup::{Describe, LinkEnd, OwnSetup, SetUp, SetupTrial, describe, set_up};
 pub use setup_problems::{add_refusal, has_enough_memory};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, DescribedLimits, GATE, Host, Implied, Inferred, LOOP_STORE, LinkConversion, LinkSignature,
-    LinkSource, Misfit, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal,
-    carrier_misfit, described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path,
+    Absent, DescribedLimits, GATE, Host, Implied, Inferred, LOOP_STORE, LinkConversion, LinkMismatch,
+    LinkSignature, LinkSource, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal,
+    carrier_mismatch, described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path,
     scope, stage_histogram, survey, ungated_command, unlinked_warnings,
 };
-pub use wired::{Wired, sends};
 
 /// Checks a configuration against the kinds of a catalogue.
-/// [`Wired`] adds the inferred links.
+/// [`LinkedConfiguration`] adds the inferred links.
 ///
 /// # Errors
 /// All that is wrong.

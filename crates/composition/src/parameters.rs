@@ -4,7 +4,7 @@ use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
 
 use crate::diagnostic_collector::DiagnosticCollector;
-use slate_configuration::{Configuration, Mistake, Module, Spanned, Table, Value};
+use slate_configuration::{Configuration, ErrorCode, Module, Spanned, Table, Value};
 
 /// Switch of a module.
 #[slate_module::interface]
@@ -99,16 +99,16 @@ pub fn bytes(
             let help = match (near.first(), description.parameters.is_empty()) {
                 (_, true) => "this module has no parameters".to_owned(),
                 (Some(near), _) => format!("did you mean `{near}`?"),
-                (None, _) => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
+                (None, _) => format!("available: {}", names.collect::<Vec<_>>().join(", ")),
             };
-            collector.add(key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
+            collector.add(key, ErrorCode::Parameter.of(format!("no parameter `{name}`")), help);
             continue;
         };
         let value = interface::Value::from(&entry.value);
         if let (Some((low, high)), Some(number)) = (parameter.range, value.as_f64())
             && !(low..=high).contains(&number)
         {
-            let message = Mistake::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
+            let message = ErrorCode::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
             collector.add(
                 entry.span,
                 message,
@@ -118,7 +118,7 @@ pub fn bytes(
         }
         let is_infinite = |value: &interface::Value| value.as_f64().is_some_and(|number| !number.is_finite());
         if is_infinite(&value) && parameter.range.is_none() && !is_infinite(&parameter.default) {
-            let message = Mistake::Value.of(format!("`{name}` is not a finite number"));
+            let message = ErrorCode::Value.of(format!("`{name}` is not a finite number"));
             let help = format!("choose another one; the default is {}", parameter.default);
             collector.add(entry.span, message, help);
             continue;
@@ -141,7 +141,7 @@ pub fn bytes(
             } else {
                 format!("its unit is {unit}")
             };
-            collector.add(entry.span, Mistake::Value.of(error.to_string()), help);
+            collector.add(entry.span, ErrorCode::Value.of(error.to_string()), help);
         }
     }
     bytes
@@ -168,7 +168,7 @@ fn refuse_gaps(
                 let instead =
                     misspelt.take(1).map(|key| format!("did you mean `{}`, not `{key}`? ", field.name));
                 let help = format!("{}write all fields of it: {}", instead.collect::<String>(), fields(item));
-                collector.add(one.span, Mistake::Value.of(message), help);
+                collector.add(one.span, ErrorCode::Value.of(message), help);
             }
         }
     }

@@ -32,7 +32,7 @@ impl OwnSetup {
 
 /// The end of a link in its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Wire {
+pub enum LinkEnd {
     /// A port, by its place in the description.
     Port(usize),
     /// The switch.

@@ -1,6 +1,6 @@
 //! Modules that can't be set up, as diagnostics.
 
-use slate_configuration::{Configuration, Mistake, Module};
+use slate_configuration::{Configuration, ErrorCode, Module};
 use slate_module::Refusal;
 
 use crate::diagnostic_collector::DiagnosticCollector;
@@ -21,9 +21,9 @@ pub fn add_refusal(
     match (module.place_of(&refusal.0), message.rsplit_once("; ")) {
         // What to do about a parameter stands at the end.
         (Some(place), Some((message, help))) => {
-            collector.add(place, Mistake::Value.of(message.to_owned()), help);
+            collector.add(place, ErrorCode::Value.of(message.to_owned()), help);
         }
-        (Some(place), None) => collector.add_without_help(place, Mistake::Value.of(message)),
+        (Some(place), None) => collector.add_without_help(place, ErrorCode::Value.of(message)),
         (None, _) => match configuration.place_of(&refusal.0) {
             Some(place) => collector.add_without_help(place, message),
             None => collector.add(module.name.span, message, "fix its parameters or its setup"),

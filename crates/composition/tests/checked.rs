@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::{Deserialize, Serialize};
 use slate_blackboard::Access;
 use slate_composition::{
-    Catalogue, CheckedComposition, ExternalPorts, PropertyFacts, PropertyIndex, RestoredStates, Wired,
-    check_facts,
+    Catalogue, CheckedComposition, ExternalPorts, LinkedConfiguration, PropertyFacts, PropertyIndex,
+    RestoredStates, check_facts,
 };
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
@@ -33,7 +33,7 @@ struct DriverParams {
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Odometer {
-    metres: u32,
+    meters: u32,
 }
 
 /// Instances of negative distance that were wanted.
@@ -85,8 +85,8 @@ fn with<R>(sets: &[&str], look: impl FnOnce(&CheckedComposition<'_>) -> R) -> Re
     let sets = sets.iter().map(|set| (*set).to_owned()).collect();
     let options = Options { sets, ..Options::default() };
     let configuration = Configuration::from_text("pair.toml", PAIR, &options).unwrap();
-    let wired = Wired::new(&configuration, &catalogue(), &|_| false);
-    let checked = wired.composition(&catalogue());
+    let linked = LinkedConfiguration::new(&configuration, &catalogue(), &|_| false);
+    let checked = linked.composition(&catalogue());
     checked.map(|checked| look(&checked)).map_err(|report| report.to_string())
 }
 

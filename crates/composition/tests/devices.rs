@@ -1,7 +1,7 @@
 //! Sensors, Actuators and the RobotModel of a robot: what is linked without being written, and what is refused.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired, unlinked_warnings};
+use slate_composition::{Catalogue, LinkedConfiguration, unlinked_warnings};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -96,7 +96,7 @@ impl ReactiveModel for Dodge {
 /// Threshold of a sensor.
 #[interface]
 pub struct Threshold {
-    /// Metres.
+    /// Meters.
     pub distance: f64,
     /// Name of the sensor.
     pub sensor: Text<28>,
@@ -148,13 +148,13 @@ fn catalogue() -> Catalogue {
 }
 
 /// The links of the robot with more settings, or what is wrong with it.
-fn wired(more: &str, sets: &[&str]) -> Result<Vec<String>, String> {
+fn linked(more: &str, sets: &[&str]) -> Result<Vec<String>, String> {
     let options = Options { sets: sets.iter().map(|set| (*set).into()).collect(), ..Options::default() };
     let configuration = Configuration::from_text("robot.toml", &format!("{ROBOT}{more}"), &options).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    match wired.check(&catalogue) {
-        Ok(_) => Ok(links(wired.configuration())),
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    match linked.check(&catalogue) {
+        Ok(_) => Ok(links(linked.configuration())),
         Err(report) => Err(report.to_string()),
     }
 }
@@ -171,12 +171,12 @@ fn sensors_read_the_driver_blocks_sensors_and_motors_the_gate() {
         "r2/motor/gate <- /r2/wheels/gate inferred",
         "r2/near_monitor/near <- /r2/gauge/value inferred",
     ];
-    assert_eq!(wired("", &[]).unwrap(), expected);
+    assert_eq!(linked("", &[]).unwrap(), expected);
 }
 
 #[test]
 fn a_monitor_that_reads_a_driver_is_refused() {
-    let refusal = wired("\"r2/near_monitor/near\" = \"r2/driver/near\"\n", &[]).unwrap_err();
+    let refusal = linked("\"r2/near_monitor/near\" = \"r2/driver/near\"\n", &[]).unwrap_err();
     for words in ["a Monitor reads Sensors and Knowledge", "r2/near_monitor/near", "/r2/driver/near"] {
         assert!(refusal.contains(words), "{words}: {refusal}");
     }
@@ -185,26 +185,26 @@ fn a_monitor_that_reads_a_driver_is_refused() {
 #[test]
 fn an_actuator_takes_nothing_past_the_gate() {
     let robot = "\"r2/motor/command\" = \"r2/execute/wheels\"\n";
-    assert!(wired(robot, &[]).is_err());
+    assert!(linked(robot, &[]).is_err());
 }
 
 #[test]
 fn a_robot_model_without_a_wanted_sensor_is_refused() {
     let warm = "[robots.r2.modules.warm_monitor]\n";
-    let refusal = wired(warm, &[]).unwrap_err();
+    let refusal = linked(warm, &[]).unwrap_err();
     for words in
         ["`r2/warm_monitor` needs a sensor of Warm", "RobotModel of `r2` lists `near` (Near of `gauge`)"]
     {
         assert!(refusal.contains(words), "{words}: {refusal}");
     }
-    assert!(wired(warm, &["links.\"r2/warm_monitor/warm\"=false"]).is_ok());
-    let has = wired(&format!("{warm}[robots.r2.modules.thermometer]\n"), &[]);
+    assert!(linked(warm, &["links.\"r2/warm_monitor/warm\"=false"]).is_ok());
+    let has = linked(&format!("{warm}[robots.r2.modules.thermometer]\n"), &[]);
     assert!(has.is_ok(), "{has:?}");
 }
 
 #[test]
 fn a_second_sensor_is_one_error_with_both_places() {
-    let refusal = wired("[robots.r2.modules.other]\nkind = \"gauge\"\n", &[]).unwrap_err();
+    let refusal = linked("[robots.r2.modules.other]\nkind = \"gauge\"\n", &[]).unwrap_err();
     assert_eq!(refusal.lines().count(), 1, "{refusal}");
     // The second one is in line 14.
     for words in [
@@ -218,13 +218,13 @@ fn a_second_sensor_is_one_error_with_both_places() {
     let written = ["near_monitor", "knowledge", "dodge"]
         .map(|block| format!("links.\"r2/{block}/near\"=r2/gauge/value"));
     let written = written.each_ref().map(String::as_str);
-    assert!(wired("[robots.r2.modules.other]\nkind = \"gauge\"\n", &written).is_ok());
+    assert!(linked("[robots.r2.modules.other]\nkind = \"gauge\"\n", &written).is_ok());
 }
 
 #[test]
 fn a_second_execute_or_knowledge_is_one_error_with_both_places() {
     for (kind, part, line) in [("execute", "execute", 8), ("knows", "knowledge", 6)] {
-        let refusal = wired(&format!("[robots.r2.modules.second]\nkind = \"{kind}\"\n"), &[]).unwrap_err();
+        let refusal = linked(&format!("[robots.r2.modules.second]\nkind = \"{kind}\"\n"), &[]).unwrap_err();
         assert_eq!(refusal.lines().count(), 1, "{refusal}");
         let words = format!(
             "robot.toml:14:20: a robot has one {part}, and `r2/{part}` (robot.toml:{line}) is it already"
@@ -237,7 +237,7 @@ fn a_second_execute_or_knowledge_is_one_error_with_both_places() {
 fn a_reflex_reads_only_sensors_that_the_robot_model_lists() {
     // The Knowledge does not read it.
     let sets = ["links.\"r2/dodge/warm\"=r2/thermometer/value", "links.\"r2/knowledge/warmth\"=false"];
-    let refusal = wired("[robots.r2.modules.thermometer]\n", &sets).unwrap_err();
+    let refusal = linked("[robots.r2.modules.thermometer]\n", &sets).unwrap_err();
     for words in
         ["`r2/dodge/warm` reads `/r2/thermometer/value`", "does not list", "`near` (Near of `gauge`)"]
     {
@@ -249,9 +249,9 @@ fn a_reflex_reads_only_sensors_that_the_robot_model_lists() {
 fn a_driver_whose_input_lacks_the_role_is_warned_of() {
     let configuration = Configuration::from_text("robot.toml", ROBOT, &Options::default()).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
-    let found: Vec<_> = unlinked_warnings(wired.configuration(), &survey)
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
+    let found: Vec<_> = unlinked_warnings(linked.configuration(), &survey)
         .iter()
         .filter(|one| one.message().contains("actuation"))
         .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
@@ -265,10 +265,10 @@ fn a_driver_whose_input_lacks_the_role_is_warned_of() {
 fn a_rule_for_a_sensor_that_is_not_there_is_refused_in_its_line() {
     let rules = |list: &str| format!("[robots.r2.modules.knowledge.params]\nrules = [\n{list}\n]\n");
     let near = "{ sensor = \"near\", distance = 0.2 },";
-    assert!(wired(&rules(near), &[]).is_ok());
+    assert!(linked(&rules(near), &[]).is_ok());
     // The first item of the list is in line 16.
     let refusal =
-        wired(&rules(&format!("{near}\n{{ sensor = \"warmth\", distance = 1.0 }},")), &[]).unwrap_err();
+        linked(&rules(&format!("{near}\n{{ sensor = \"warmth\", distance = 1.0 }},")), &[]).unwrap_err();
     for words in [
         "robot.toml:17:",
         "`rules` of `r2/knowledge` has a rule for the sensor `warmth`",
@@ -277,15 +277,15 @@ fn a_rule_for_a_sensor_that_is_not_there_is_refused_in_its_line() {
     ] {
         assert!(refusal.contains(words), "{words}: {refusal}");
     }
-    let refusal = wired(&rules("{ sensor = \"gauge\", distance = 0.2 }"), &[]).unwrap_err();
+    let refusal = linked(&rules("{ sensor = \"gauge\", distance = 0.2 }"), &[]).unwrap_err();
     assert!(
         refusal.contains("robot.toml:16:") && refusal.contains("name a sensor of the RobotModel"),
         "{refusal}"
     );
     let both = rules(&format!("{near}\n{{ sensor = \"warmth\", distance = 1.0 }},"));
-    assert!(wired(&format!("{both}[robots.r2.modules.thermometer]\n"), &[]).is_ok());
+    assert!(linked(&format!("{both}[robots.r2.modules.thermometer]\n"), &[]).is_ok());
     // What was there goes away.
-    let refusal = wired(&rules(near), &["links.\"r2/knowledge/near\"=false"]).unwrap_err();
+    let refusal = linked(&rules(near), &["links.\"r2/knowledge/near\"=false"]).unwrap_err();
     assert!(refusal.contains("a rule for the sensor `near`"), "{refusal}");
 }
 
@@ -295,9 +295,9 @@ fn a_robot_without_modules_is_warned_of_in_its_line() {
         let text = format!("[modules.driver]\n{table}");
         let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
         let catalogue = catalogue();
-        let wired = Wired::new(&configuration, &catalogue, &|_| false);
-        let survey = wired.check(&catalogue).unwrap();
-        let found: Vec<_> = unlinked_warnings(wired.configuration(), &survey)
+        let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+        let survey = linked.check(&catalogue).unwrap();
+        let found: Vec<_> = unlinked_warnings(linked.configuration(), &survey)
             .iter()
             .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
             .collect();

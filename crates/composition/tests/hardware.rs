@@ -1,8 +1,8 @@
 //! The RobotModel of a robot must be that of its devices, and have what its blocks want.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired, described_limits, unlinked_warnings};
-use slate_configuration::{Configuration, Mistake, Options};
+use slate_composition::{Catalogue, LinkedConfiguration, described_limits, unlinked_warnings};
+use slate_configuration::{Configuration, ErrorCode, Options};
 use slate_interfaces::{DriverStatus, Twist2};
 use slate_mapek::prelude::*;
 use slate_mapek::{ActuatorStatus, actuator, execute, knowledge, monitor, sensor};
@@ -128,14 +128,14 @@ fn catalogue() -> Catalogue {
 }
 
 /// What is wrong: line, kind and words of each.
-fn checked(more: &str) -> Vec<(Option<usize>, Option<Mistake>, String)> {
+fn checked(more: &str) -> Vec<(Option<usize>, Option<ErrorCode>, String)> {
     let options = Options { extra_tables: vec!["world".into()], ..Options::default() };
     let configuration = Configuration::from_text("robot.toml", &format!("{ROBOT}{more}"), &options).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let report = wired.check(&catalogue).err();
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let report = linked.check(&catalogue).err();
     let found = report.iter().flat_map(|report| report.diagnostics());
-    found.map(|one| (one.line(), one.mistake(), one.to_string())).collect()
+    found.map(|one| (one.line(), one.error_code(), one.to_string())).collect()
 }
 
 /// The line of the robot's Knowledge.
@@ -145,12 +145,12 @@ fn knows(robot: &str) -> String {
     format!("[robots.r2.modules.knowledge]\nkind = \"knows\"\nparams.robot = \"{robot}\"\n")
 }
 
-/// The only mistake, which is of the RobotModel, in the line that names the robot.
+/// The only error, which is of the RobotModel, in the line that names the robot.
 #[track_caller]
 fn refused(robot: &str, more: &str, words: &[&str]) {
     let found = checked(&format!("{}{more}", knows(robot)));
-    let [(line, mistake, message)] = &found[..] else { panic!("{found:?}") };
-    assert_eq!((*line, *mistake), (Some(KNOWLEDGE + 2), Some(Mistake::Hardware)), "{message}");
+    let [(line, error_code, message)] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((*line, *error_code), (Some(KNOWLEDGE + 2), Some(ErrorCode::Hardware)), "{message}");
     for words in words {
         assert!(message.contains(words), "{words}: {message}");
     }
@@ -200,8 +200,8 @@ fn a_robot_model_without_the_commanded_actuator_is_refused() {
     );
     let configuration = Configuration::from_text("robot.toml", &configuration, &Options::default()).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let refusal = wired.check(&catalogue).err().unwrap().to_string();
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let refusal = linked.check(&catalogue).err().unwrap().to_string();
     let words = "`/r2/execute/wheels` commands `r2/wheels` by Twist2, and the RobotModel of `r2`, a `walking`, \
                  has `wheels` for Steps";
     assert!(refusal.contains(words), "{refusal}");
@@ -237,9 +237,9 @@ fn linked(more: &str, words: &str) -> Vec<String> {
     let text = format!("{ROBOT}{more}{}", knows("wide"));
     let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    wired.check(&catalogue).unwrap();
-    links(wired.configuration()).into_iter().filter(|link| link.contains(words)).collect()
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    linked.check(&catalogue).unwrap();
+    links(linked.configuration()).into_iter().filter(|link| link.contains(words)).collect()
 }
 
 #[test]
@@ -271,12 +271,12 @@ fn limits(gate: &str, knowledge: &str) -> (Vec<(String, f64, f64)>, Vec<String>)
     let text = format!("{}{knowledge}", ROBOT.replace("command = \"execute/wheels\"", gate));
     let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
     let catalogue = catalogue();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
-    let described = described_limits(&survey, &wired.configuration().actuators()[0]);
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
+    let described = described_limits(&survey, &linked.configuration().actuators()[0]);
     let described = described.into_iter().flat_map(|described| described.limits);
     let described = described.map(|limit| (limit.field.value, limit.low, limit.high)).collect();
-    let warnings = unlinked_warnings(wired.configuration(), &survey).into_iter().map(|one| one.to_string());
+    let warnings = unlinked_warnings(linked.configuration(), &survey).into_iter().map(|one| one.to_string());
     (described, warnings.filter(|warning| warning.contains("wider")).collect())
 }
 

@@ -1,8 +1,8 @@
 //! Links that need not be written: which of them are made, how one is left out, and how long they stay.
 
-use slate_composition::{Wired, unlinked_warnings};
+use slate_composition::{LinkedConfiguration, unlinked_warnings};
 
-use crate::robot::{catalogue, links, read, wired};
+use crate::robot::{catalogue, linked, links, read};
 
 /// All that types and roles of the robot leave no choice of.
 const INFERRED: [&str; 6] = [
@@ -20,7 +20,7 @@ fn without(gone: &[&str]) -> Vec<&'static str> {
 
 #[test]
 fn types_and_roles_of_blocks_link_a_robot() {
-    assert_eq!(wired("", &[]), INFERRED);
+    assert_eq!(linked("", &[]), INFERRED);
 }
 
 #[test]
@@ -30,27 +30,27 @@ fn false_at_an_inbox_leaves_it_without_any_sender() {
         "robots.r2.links.\"execute/reflexes\"=false",
         "links.\"/r2/execute/reflexes\"=false",
     ] {
-        assert_eq!(wired("", &[setting]), without(&["reflexes"]), "{setting}");
+        assert_eq!(linked("", &[setting]), without(&["reflexes"]), "{setting}");
     }
     let written = "[robots.r2.links]\n\"execute/reflexes\" = [\"avoid/reflex\"]\n";
-    assert_eq!(wired(written, &["links.\"r2/execute/reflexes\"=false"]), without(&["reflexes"]));
-    assert_eq!(wired("[robots.r2.links]\n\"execute/plan\" = false\n", &[]), without(&["execute/plan"]));
+    assert_eq!(linked(written, &["links.\"r2/execute/reflexes\"=false"]), without(&["reflexes"]));
+    assert_eq!(linked("[robots.r2.links]\n\"execute/plan\" = false\n", &[]), without(&["execute/plan"]));
 }
 
 #[test]
 fn false_at_an_input_leaves_it_without_a_link() {
-    assert_eq!(wired("[robots.r2.links]\n\"way/range\" = false\n", &[]), without(&["way/range"]));
+    assert_eq!(linked("[robots.r2.links]\n\"way/range\" = false\n", &[]), without(&["way/range"]));
 }
 
 #[test]
 fn false_at_one_sender_leaves_the_others() {
     let one = "[robots.r2.links]\n\"execute/reflexes\" = { \"avoid/reflex\" = false }\n";
-    assert_eq!(wired(one, &[]), without(&["avoid"]));
+    assert_eq!(linked(one, &[]), without(&["avoid"]));
 }
 
 #[test]
 fn false_in_a_list_leaves_only_senders_that_are_named() {
-    let only = |list: &str| wired(&format!("[robots.r2.links]\n\"execute/reflexes\" = {list}\n"), &[]);
+    let only = |list: &str| linked(&format!("[robots.r2.links]\n\"execute/reflexes\" = {list}\n"), &[]);
     let mut expected = without(&["reflexes"]);
     assert_eq!(only("[false]"), expected);
     expected.insert(1, "r2/execute/reflexes <- /r2/avoid/reflex");
@@ -61,7 +61,7 @@ fn false_in_a_list_leaves_only_senders_that_are_named() {
     expected.insert(2, "r2/execute/reflexes <- /r2/retreat/reflex inferred");
     assert_eq!(only("[\"avoid/reflex\"]"), expected);
     let closed = "[robots.r2.links]\n\"execute/reflexes\" = [\"avoid/reflex\", false]\n";
-    assert_eq!(wired(closed, &["links.\"r2/execute/reflexes\".\"*\"=true"]), expected);
+    assert_eq!(linked(closed, &["links.\"r2/execute/reflexes\".\"*\"=true"]), expected);
 }
 
 #[test]
@@ -69,9 +69,9 @@ fn a_reflex_that_reaches_no_execute_is_warned_of() {
     let catalogue = catalogue(&[]);
     let warnings = |sets: &[&str]| {
         let configuration = read("", sets);
-        let wired = Wired::new(&configuration, &catalogue, &|_| false);
-        let survey = wired.check(&catalogue).unwrap();
-        let found = unlinked_warnings(wired.configuration(), &survey);
+        let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+        let survey = linked.check(&catalogue).unwrap();
+        let found = unlinked_warnings(linked.configuration(), &survey);
         found
             .iter()
             .map(|one| one.message().to_owned())
@@ -92,9 +92,9 @@ fn a_reflex_that_reaches_no_execute_is_warned_of() {
 /// What is said of the robot with more of it in another layer.
 fn warnings(more: &str) -> Vec<String> {
     let (configuration, catalogue) = (read(more, &[]), catalogue(&[]));
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
-    unlinked_warnings(wired.configuration(), &survey).iter().map(|one| one.message().to_owned()).collect()
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
+    unlinked_warnings(linked.configuration(), &survey).iter().map(|one| one.message().to_owned()).collect()
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn a_block_that_drives_a_body_of_another_robot_is_warned_of() {
 
 /// An agent that is loaded without some of its plugins, and gets others while it runs.
 struct Running {
-    wired: Wired,
+    linked: LinkedConfiguration,
     /// The plugins that are not loaded.
     dormant: Vec<&'static str>,
 }
@@ -124,26 +124,26 @@ struct Running {
 impl Running {
     fn without(dormant: &[&'static str]) -> Self {
         let configuration = read("[robots.r2.modules.back]\n", &[]);
-        let wired = Wired::new(&configuration, &catalogue(dormant), &|_| false);
-        Self { wired, dormant: dormant.to_vec() }
+        let linked = LinkedConfiguration::new(&configuration, &catalogue(dormant), &|_| false);
+        Self { linked, dormant: dormant.to_vec() }
     }
 
     fn links(&self) -> Vec<String> {
-        links(self.wired.configuration())
+        links(self.linked.configuration())
     }
 
     /// The same with another plugin; what is wrong if it is refused.
     fn load(&self, plugin: &str) -> Result<Self, String> {
         let dormant: Vec<_> = self.dormant.iter().copied().filter(|name| *name != plugin).collect();
         let (configuration, earlier, now) =
-            (self.wired.configuration(), catalogue(&self.dormant), catalogue(&dormant));
+            (self.linked.configuration(), catalogue(&self.dormant), catalogue(&dormant));
         let stays = |name: &str| {
             let module = configuration.modules().iter().find(|module| module.name.value == name);
             module.is_some_and(|module| !earlier.is_dormant(&module.kind.value))
         };
-        let wired = Wired::new(configuration, &now, &stays);
-        wired.check(&now).map(|_| ()).map_err(|report| report.to_string())?;
-        Ok(Self { wired, dormant })
+        let linked = LinkedConfiguration::new(configuration, &now, &stays);
+        linked.check(&now).map(|_| ()).map_err(|report| report.to_string())?;
+        Ok(Self { linked, dormant })
     }
 }
 

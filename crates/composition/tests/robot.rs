@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
 use serde::{Deserialize, Serialize};
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, LinkedConfiguration};
 use slate_configuration::{Configuration, Link, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -13,7 +13,7 @@ use slate_module::prelude::*;
 /// A distance.
 #[interface]
 pub struct Near {
-    /// Metres.
+    /// Meters.
     #[unit("m")]
     pub distance: f64,
 }
@@ -166,9 +166,9 @@ pub fn links(configuration: &Configuration) -> Vec<String> {
 }
 
 /// The links of a robot that begins with all its modules.
-pub fn wired(more: &str, sets: &[&str]) -> Vec<String> {
+pub fn linked(more: &str, sets: &[&str]) -> Vec<String> {
     let (configuration, catalogue) = (read(more, sets), catalogue(&[]));
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    wired.check(&catalogue).map(|_| ()).unwrap();
-    links(wired.configuration())
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    linked.check(&catalogue).map(|_| ()).unwrap();
+    links(linked.configuration())
 }

@@ -8,7 +8,7 @@ use super::path::absolute;
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Table, TableEntry};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Default time to live of a command, ns.
 const TIME_TO_LIVE: u64 = 100_000_000;
@@ -111,7 +111,7 @@ impl ActuatorReader<'_> {
     fn limit(&mut self, field: Spanned<String>, entry: &TableEntry) -> Option<Limit> {
         let example = format!("write the lowest and the highest value: {} = [-1.0, 1.0]", field.value);
         let Some([low, high]) = entry.value.as_list() else {
-            let message = Mistake::Value.of(format!(
+            let message = ErrorCode::Value.of(format!(
                 "the limits of `{}` are a list of two numbers, found {}",
                 field.value,
                 entry.value.describe()
@@ -137,7 +137,7 @@ impl ActuatorReader<'_> {
             let help = format!("write how much it may change in a second: {} = 30.0", field.value);
             self.problems.add(
                 entry.value.span,
-                Mistake::Value.of(format!("the rate limit of `{}` must be above zero", field.value)),
+                ErrorCode::Value.of(format!("the rate limit of `{}` must be above zero", field.value)),
                 help,
             );
             return None;

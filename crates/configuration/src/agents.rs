@@ -6,7 +6,7 @@ use super::division::Division;
 use super::problems::{Problem, Problems, suggestion};
 use super::source::{SourceKind, Span, Spanned};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Agent among several, with the names of the others.
 #[derive(Clone, Debug)]
@@ -103,7 +103,7 @@ impl AgentTables {
                 } else if kind == SourceKind::Change {
                     let help =
                         format!("change it there: --agent {name}, and the setting without `agents.{name}.`");
-                    let message = Mistake::OtherAgent.of(format!("`{name}` is another agent"));
+                    let message = ErrorCode::OtherAgent.of(format!("`{name}` is another agent"));
                     problems.add(entry.key, message, help);
                 }
             }
@@ -143,7 +143,7 @@ impl AgentTables {
             [] => "the configuration is that of one agent: leave the name out".into(),
             _ => suggestion(name, &known),
         };
-        let message = Mistake::OtherAgent.of(format!("no agent is called `{name}`"));
+        let message = ErrorCode::OtherAgent.of(format!("no agent is called `{name}`"));
         problems.0.push(Problem { span, message, help: Some(help) });
     }
 }

@@ -9,10 +9,10 @@ use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::stages::LoopReader;
 use super::value::{Table, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Reader of an agent's model from the merged settings.
-/// It adds mistakes to `problems`.
+/// It adds errors to `problems`.
 pub(super) struct Build<'a> {
     pub(super) sources: &'a Sources,
     pub(super) problems: &'a mut Problems,
@@ -33,12 +33,12 @@ impl Build<'_> {
     /// Reports invalid choices, and unknown keys in variants.
     fn choices<'a>(&mut self, root: &'a Table, sections: &[&str]) -> Vec<&'a str> {
         let Some(choices) = self.problems.table(root, CHOICES) else { return Vec::new() };
-        // What a variant can't set is reported where it is read.
+        // Invalid settings of a variant are reported where they are read.
         let reported = ["include", "agents"].into_iter().chain(choices.iter().map(|(name, _)| name));
         let settable: Vec<&str> = sections.iter().copied().chain(reported).collect();
         for (name, entry) in choices.iter() {
             if sections.contains(&name) {
-                let message = Mistake::Key.of(format!("`{name}` is a section and chooses no variant"));
+                let message = ErrorCode::Key.of(format!("`{name}` is a section and chooses no variant"));
                 self.problems.add(entry.key, message, "give the choice another name");
                 continue;
             }
@@ -60,11 +60,12 @@ impl Build<'_> {
                 Some(chosen) => {
                     let found =
                         chosen.as_str().map_or_else(|| chosen.describe().into(), |name| format!("`{name}`"));
-                    let message = Mistake::Value.of(format!("`{name}` chooses {found}, which is no variant"));
+                    let message =
+                        ErrorCode::Value.of(format!("`{name}` chooses {found}, which is no variant"));
                     self.problems.add(chosen.span, message, expected);
                 }
                 None => {
-                    let message = Mistake::Value.of(format!("no variant of `{name}` is chosen"));
+                    let message = ErrorCode::Value.of(format!("no variant of `{name}` is chosen"));
                     let help = format!("write {name} = \"...\" at the top; {expected}");
                     self.problems.add(entry.key, message, help);
                 }
@@ -97,7 +98,7 @@ impl Build<'_> {
             Some((number, Err(_))) => number.to_string(),
             None => value.describe().into(),
         };
-        let message = Mistake::Value.of(format!("`seed` takes a whole number from 0, found {found}"));
+        let message = ErrorCode::Value.of(format!("`seed` takes a whole number from 0, found {found}"));
         self.problems.add(value.span, message, "write a number such as seed = 1");
         None
     }
@@ -145,7 +146,7 @@ impl Build<'_> {
                         );
                         self.problems.add(
                             entry.key,
-                            Mistake::TwoSources.of(format!("input `{path}` has both a link and a value")),
+                            ErrorCode::TwoSources.of(format!("input `{path}` has both a link and a value")),
                             help,
                         );
                         true

@@ -9,7 +9,7 @@ use super::path;
 use super::set::flat;
 use super::source::{Span, Spanned, TextPlace};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// A variant of a configuration.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +104,7 @@ impl Layers {
     fn variant(&mut self, path: [&str; 3], mut settings: Table, choices: &[&str]) -> Table {
         for key in ["include", "agents", CHOICES].iter().chain(choices) {
             if let Some(TableEntry { key: span, .. }) = settings.entries.remove(*key) {
-                let message = Mistake::Key.of(format!("a variant can't set `{key}`"));
+                let message = ErrorCode::Key.of(format!("a variant can't set `{key}`"));
                 self.problems.add(span, message, "write it at the top of the file");
             }
         }

@@ -13,7 +13,7 @@ pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     let mut said = BTreeSet::new();
     let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |report: &Report| {
-        // A mistake outside of `agents` is one of all of them.
+        // An error outside of `agents` is one of all of them.
         let new = report.diagnostics().iter().filter(|diagnostic| said.insert(diagnostic.in_a_line()));
         diagnostics.extend(new.cloned());
     };

@@ -5,13 +5,13 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, S
 
 use super::set::first_equals;
 use super::source::{SourceKind, Sources, Span};
-use crate::mistake::{Message, Mistake};
+use crate::error_code::{ErrorCode, Message};
 
-/// Mistake in a configuration: message, place and help.
+/// Error in a configuration: message, place and help.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
     message: String,
-    mistake: Option<Mistake>,
+    error_code: Option<ErrorCode>,
     help: Option<String>,
     place: Option<DiagnosticPlace>,
 }
@@ -30,8 +30,8 @@ struct DiagnosticPlace {
 impl Diagnostic {
     /// Diagnostic without a place in a text, such as for an unreadable file.
     pub fn without_place(message: impl Into<Message>, help: impl Into<Option<String>>) -> Self {
-        let Message { text, mistake } = message.into();
-        Self { message: text, mistake, help: help.into(), place: None }
+        let Message { text, error_code } = message.into();
+        Self { message: text, error_code, help: help.into(), place: None }
     }
 
     pub(super) fn at(sources: &Sources, span: Span, message: Message, help: Option<String>) -> Self {
@@ -45,10 +45,10 @@ impl Diagnostic {
         let label = LabeledSpan::new_with_span(Some("here".into()), range);
         let is_written = source.kind != SourceKind::Change;
         let source = NamedSource::new(&source.name, Arc::clone(&source.text));
-        let Message { text, mistake } = message;
+        let Message { text, error_code } = message;
         Self {
             message: text,
-            mistake,
+            error_code,
             help,
             place: Some(DiagnosticPlace { source, label, line, column, is_written }),
         }
@@ -105,20 +105,21 @@ impl Diagnostic {
         &self.message
     }
 
-    /// Kind of the mistake, if any.
-    pub fn mistake(&self) -> Option<Mistake> {
-        self.mistake
+    /// Error code, if any.
+    pub fn error_code(&self) -> Option<ErrorCode> {
+        self.error_code
     }
 
     /// The diagnostic with a kind, unless it has one.
-    pub fn or(mut self, mistake: Mistake) -> Self {
-        self.mistake.get_or_insert(mistake);
+    pub fn or(mut self, error_code: ErrorCode) -> Self {
+        self.error_code.get_or_insert(error_code);
         self
     }
 
     /// The beginning of its line: the severity and the code, such as `warning[S201]`.
     pub fn heading(&self, severity: &str) -> String {
-        self.mistake.map_or_else(|| severity.into(), |mistake| format!("{severity}[{}]", mistake.code()))
+        self.error_code
+            .map_or_else(|| severity.into(), |error_code| format!("{severity}[{}]", error_code.code()))
     }
 
     /// The help.
@@ -159,7 +160,7 @@ impl miette::Diagnostic for Diagnostic {
     }
 }
 
-/// Mistakes of a configuration, at most 200.
+/// Errors of a configuration, at most 200.
 ///
 /// `Display` writes a line for each, [`Report::render`] and `Debug` show file, line and caret.
 #[derive(Clone)]
@@ -167,14 +168,14 @@ pub struct Report {
     diagnostics: Vec<Diagnostic>,
 }
 
-/// Most mistakes that a report shows.
-pub(super) const MOST: usize = 200;
+/// Most errors that a report shows.
+pub(super) const MAX_SHOWN_MISTAKES: usize = 200;
 
 impl Report {
-    /// Makes a report of the first mistakes, and the number of omitted ones.
+    /// Makes a report of the first errors, and the number of omitted ones.
     pub(super) fn of(mut diagnostics: Vec<Diagnostic>, unsaid: usize) -> Self {
-        let unsaid = unsaid + diagnostics.len().saturating_sub(MOST);
-        diagnostics.truncate(MOST);
+        let unsaid = unsaid + diagnostics.len().saturating_sub(MAX_SHOWN_MISTAKES);
+        diagnostics.truncate(MAX_SHOWN_MISTAKES);
         if unsaid > 0 {
             let help = "fix these first";
             diagnostics
@@ -188,15 +189,15 @@ impl Report {
         &self.diagnostics
     }
 
-    /// Kind of the first mistake that has one.
-    pub fn mistake(&self) -> Option<Mistake> {
-        self.diagnostics.iter().find_map(Diagnostic::mistake)
+    /// Kind of the first error that has one.
+    pub fn error_code(&self) -> Option<ErrorCode> {
+        self.diagnostics.iter().find_map(Diagnostic::error_code)
     }
 
     /// Renders the report for a terminal.
-    /// Each mistake has a code, message, excerpt with a caret, and help.
-    pub fn render(&self, colour: bool) -> String {
-        let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    /// Each error has a code, message, excerpt with a caret, and help.
+    pub fn render(&self, color: bool) -> String {
+        let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
         let mut text = String::new();
         for diagnostic in &self.diagnostics {

@@ -12,7 +12,7 @@ use super::scope::{SECTIONS, each_text};
 use super::senders::{make_commands, make_table};
 use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Agents of a file, with the parts that each runs.
 #[derive(Default)]
@@ -87,13 +87,13 @@ impl Division {
         if is_elsewhere {
             merged.entries.remove("time");
         }
-        self.introduce(agent, merged);
+        self.add_default_addresses(agent, merged);
         is_elsewhere
     }
 
     /// Adds the endpoints of the other agents on this machine.
     /// Endpoints of the file take precedence.
-    fn introduce(&self, agent: &str, merged: &mut Table) {
+    fn add_default_addresses(&self, agent: &str, merged: &mut Table) {
         let empty = |key| TableEntry { key, value: Spanned::new(Value::Table(Table::default()), key) };
         let mut table = merged;
         let key = self.0[agent].key;
@@ -168,7 +168,7 @@ impl AgentSide<'_> {
         let known: Vec<&str> = self.names.common.keys().chain(&self.names.own).map(String::as_str).collect();
         for run in self.parts[self.agent].runs.iter().flatten() {
             if !known.contains(&run.value.as_str()) {
-                let message = Mistake::Name.of(format!("no robot or module is called `{}`", run.value));
+                let message = ErrorCode::Name.of(format!("no robot or module is called `{}`", run.value));
                 problems.add(run.span, message, suggestion(run, &known));
             }
             if let Some(other) = self.runner(run).filter(|other| *other != self.agent) {

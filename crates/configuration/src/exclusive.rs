@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::problems::Problems;
 use super::source::Sources;
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Returns the path of the setting that this one replaces, if that exists.
 /// For `every` it is `on`, for a link the value of the input.
@@ -86,7 +86,7 @@ pub(super) fn one_of<'k, 't>(
             Ordering::Equal => {
                 problems.add(
                     second.key,
-                    Mistake::Key.of(format!("`{a}` and `{b}` exclude each other")),
+                    ErrorCode::Key.of(format!("`{a}` and `{b}` exclude each other")),
                     "keep one of the two",
                 );
                 None

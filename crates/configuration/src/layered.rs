@@ -71,7 +71,7 @@ impl Layered {
     /// `sets` are settings of the command line above all of them.
     ///
     /// # Errors
-    /// All mistakes in any of the layers.
+    /// All errors in any of the layers.
     pub fn database(
         &self,
         name: &str,

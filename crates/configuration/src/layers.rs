@@ -13,7 +13,7 @@ use super::senders::merge_layer;
 use super::set::{Written, parse_set};
 use super::source::{SettingSource, SourceKind, Sources, Span, TextPlace};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Name of the table with the variants.
 pub(super) const CHOICES: &str = "choices";
@@ -25,7 +25,7 @@ pub(super) struct Layers {
     pub(super) problems: Problems,
     pub(super) merged: Table,
     /// True if a text is missing from `merged`.
-    /// An apparent mistake in `merged` may then be none.
+    /// An apparent error in `merged` may then be none.
     pub(super) incomplete: bool,
     /// Read files, and those that include the current one.
     pub(super) walk: FileWalk,
@@ -61,8 +61,8 @@ impl Layers {
         );
     }
 
-    /// Reads a file; `asked` is the place of the `include`.
-    pub(super) fn file(&mut self, path: &Path, asked: Option<Span>) {
+    /// Reads a file; `requested_at` is the place of the `include`.
+    pub(super) fn file(&mut self, path: &Path, requested_at: Option<Span>) {
         match self.walk.enter(path) {
             Ok(Some(text)) => {
                 self.text(crate::printable(path), SourceKind::File, Some(path), text);
@@ -74,14 +74,14 @@ impl Layers {
                 if self.elsewhere {
                     return;
                 }
-                let hint = match asked {
+                let hint = match requested_at {
                     Some(_) => "an included file is found relative to the one that includes it",
                     None => "give the path of a TOML file",
                 };
-                let message = Mistake::Syntax
+                let message = ErrorCode::Syntax
                     .of(format!("can't read the configuration {}: {reason}", crate::printable(path)));
                 let help = Some(help.unwrap_or(hint).into());
-                self.problems.0.push(Problem { span: asked, message, help });
+                self.problems.0.push(Problem { span: requested_at, message, help });
             }
         }
     }
@@ -365,19 +365,19 @@ fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
     let after_equals = text.get(..range.start).is_some_and(|before| before.trim_end().ends_with('='));
     let (message, help) = if error.message() == "duplicate key" {
         let help = "keep one of the two; to override a setting, use a file that includes this one, or --set";
-        (Mistake::Key.of(format!("`{place}` is set twice")), help.into())
+        (ErrorCode::Key.of(format!("`{place}` is set twice")), help.into())
     } else if after_equals && place.is_empty() {
         (
-            Mistake::Syntax.of("the value is missing"),
+            ErrorCode::Syntax.of("the value is missing"),
             "write a number, true, false, \"text\", [list] or { table }".into(),
         )
     } else if after_equals && !place.contains(['"', '\'', '[', '{', '\n']) {
         (
-            Mistake::Value.of(format!("expected a value, found `{place}`")),
+            ErrorCode::Value.of(format!("expected a value, found `{place}`")),
             format!("put text in quotes: \"{place}\""),
         )
     } else {
-        (Mistake::Syntax.of(error.message()), "the file must be TOML, see https://toml.io".into())
+        (ErrorCode::Syntax.of(error.message()), "the file must be TOML, see https://toml.io".into())
     };
     Problem { span: Some(Span { source, start: range.start, end: range.end }), message, help: Some(help) }
 }

@@ -45,6 +45,7 @@ mod described;
 mod diagnostic;
 mod division;
 mod document;
+mod error_code;
 mod exclusive;
 mod external;
 mod files;
@@ -54,7 +55,6 @@ mod layers;
 mod levels;
 mod links;
 mod log;
-mod mistake;
 mod model;
 mod modules;
 mod path;
@@ -87,11 +87,11 @@ pub use choices::Variant;
 pub use comparison::Comparison;
 pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub use error_code::{EXPLANATIONS, ErrorCode, Explanation, Message};
 pub use external::{ExternalDirection, ExternalLink, ExternalUrl};
 pub use inferred::InferredLink;
 pub use layered::Layered;
 pub use levels::Levels;
-pub use mistake::{EXPLANATIONS, Explanation, Message, Mistake};
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
     LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity,
@@ -181,7 +181,7 @@ impl Configuration {
     /// Reads a file and all its layers.
     ///
     /// # Errors
-    /// All mistakes in any of them.
+    /// All errors in any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
         let main = Main::File(path.as_ref().to_owned());
         described::read_all(&main, options).result
@@ -191,7 +191,7 @@ impl Configuration {
     /// Included files are found beside that name.
     ///
     /// # Errors
-    /// All mistakes in any of the layers.
+    /// All errors in any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
         described::read_all(&main, options).result
@@ -388,11 +388,11 @@ impl Configuration {
         };
         let help = "a property is module/property, /module/property or slate://agent/module/property";
         let url = slate_blackboard::Url::parse(text)
-            .map_err(|error| refusal(Mistake::Value.of(error.to_string()), help))?;
+            .map_err(|error| refusal(ErrorCode::Value.of(error.to_string()), help))?;
         match url.agent() {
             Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
             Some(agent) if agent != self.agent_name() => {
-                let message = Mistake::OtherAgent
+                let message = ErrorCode::OtherAgent
                     .of(format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name()));
                 Err(refusal(message, &format!("ask that agent: --agent {agent}")))
             }
@@ -474,8 +474,8 @@ fn report(sources: &Sources, mut problems: Problems) -> Report {
     problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
     problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
     // To show one takes as long as its text is long.
-    let unsaid = problems.0.len().saturating_sub(diagnostic::MOST);
-    problems.0.truncate(diagnostic::MOST);
+    let unsaid = problems.0.len().saturating_sub(diagnostic::MAX_SHOWN_MISTAKES);
+    problems.0.truncate(diagnostic::MAX_SHOWN_MISTAKES);
     let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
         Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),
         None => Diagnostic::without_place(problem.message, problem.help),

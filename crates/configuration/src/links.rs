@@ -7,7 +7,7 @@ use super::problems::Problems;
 use super::senders::{UNNAMED, is_of_senders};
 use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Options of a link.
 const KEYS: [&str; 12] = [
@@ -100,7 +100,7 @@ impl<'a> LinkReader<'a> {
             }
         };
         if ExternalUrl::parse(&from).is_some() {
-            let message = Mistake::Ends.of(format!("neither `{to}` nor `{}` is of this agent", from.value));
+            let message = ErrorCode::Ends.of(format!("neither `{to}` nor `{}` is of this agent", from.value));
             return self.problems.add(from.span, message, "name a property of this agent: module/property");
         }
         let Some(url) = self.source(&from) else { return };
@@ -108,7 +108,7 @@ impl<'a> LinkReader<'a> {
             let message =
                 format!("`{to}` receives values of this agent, and `{}` is of `{agent}`", url.value);
             let help = format!("write the link in the configuration of `{agent}`");
-            return self.problems.add(from.span, Mistake::OtherAgent.of(message), help);
+            return self.problems.add(from.span, ErrorCode::OtherAgent.of(message), help);
         }
         let path = Spanned::new(url.value.path_in(""), from.span);
         self.external.push(ExternalLink { path, other, direction: ExternalDirection::Out, options });
@@ -118,7 +118,7 @@ impl<'a> LinkReader<'a> {
     fn arriving(&mut self, to: &Spanned<String>, from: &Spanned<String>, table: &Table) -> bool {
         let Some(url) = ExternalUrl::parse(from) else { return false };
         if to.value.starts_with("slate://") {
-            let message = Mistake::OtherAgent
+            let message = ErrorCode::OtherAgent
                 .of(format!("neither `{}` nor `{}` is of this agent", to.value, from.value));
             let help = "write the link in the configuration of the agent that has the input";
             self.problems.add(from.span, message, help);
@@ -155,11 +155,7 @@ impl<'a> LinkReader<'a> {
             Some(false) => return None,
             Some(true) => {
                 let help = "write the property that it reads, or `false` for no link";
-                self.problems.add(
-                    entry.value.span,
-                    format!("link `{}` does not say what it reads", to.value),
-                    help,
-                );
+                self.problems.add(entry.value.span, format!("link `{}` has no source", to.value), help);
                 return None;
             }
             None => {}
@@ -224,11 +220,11 @@ impl<'a> LinkReader<'a> {
         if let (Some(rate), Some(interval)) = (&rate, &interval)
             && matches!(rate.value, LinkRate::Every(_))
         {
-            let help = "leave `interval` out, or `rate`: a rate is how often the newest value is sent, and an interval is \
-                        what is between values that are sent when they are there";
+            let help = "leave `interval` or `rate` out: `rate` samples the newest value, `interval` is the \
+                        shortest time between values that are sent on change";
             self.problems.add(
                 interval.span,
-                "`interval` is for values that are sent on change, and `rate` says a period",
+                "`interval` is for values that are sent on change, and `rate` gives a period",
                 help,
             );
         }
@@ -274,7 +270,11 @@ impl<'a> LinkReader<'a> {
         if rate.is_none() {
             let help =
                 "write a frequency, a period or on-change: rate = \"10Hz\", \"100ms\" or \"on-change\"";
-            self.problems.add(text.span, Mistake::Value.of(format!("`{}` is not a rate", text.value)), help);
+            self.problems.add(
+                text.span,
+                ErrorCode::Value.of(format!("`{}` is not a rate", text.value)),
+                help,
+            );
         }
         rate.map(|rate| Spanned::new(rate, text.span))
     }

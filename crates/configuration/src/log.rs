@@ -7,7 +7,7 @@ use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 use crate::syslog::SyslogAddress;
 
 const LEVELS: [(&str, Level); 5] = [
@@ -92,8 +92,8 @@ impl Problems {
             }
             Value::Table(table) => table,
             other => {
-                let message =
-                    Mistake::Value.of(format!("`file` takes a path or a table, found {}", other.describe()));
+                let message = ErrorCode::Value
+                    .of(format!("`file` takes a path or a table, found {}", other.describe()));
                 self.add(entry.value.span, message, EXAMPLE);
                 return None;
             }
@@ -148,7 +148,7 @@ impl Problems {
         let count = value.as_integer().and_then(|number| u64::try_from(number).ok());
         if count.is_none() {
             let found = value.as_integer().map_or(value.describe().into(), |number| number.to_string());
-            let message = Mistake::Value.of(format!("`{name}` takes a whole number from 0, found {found}"));
+            let message = ErrorCode::Value.of(format!("`{name}` takes a whole number from 0, found {found}"));
             self.add(value.span, message, format!("write a number such as {name} = 5"));
         }
         Some(Spanned::new(count?, value.span))
@@ -161,7 +161,7 @@ impl Problems {
             let help = format!(
                 "a size is text with a unit of B, kB, MB, GB, TB, KiB, MiB, GiB or TiB, such as {name} = \"10MB\""
             );
-            self.add(value.span, Mistake::Value.of(format!("`{name}` takes a size above zero")), help);
+            self.add(value.span, ErrorCode::Value.of(format!("`{name}` takes a size above zero")), help);
         }
         size
     }

@@ -7,7 +7,7 @@ use super::model::{Isolation, Module};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Table, TableEntry};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Reader of `[modules]`.
 pub(super) struct ModuleReader<'a> {
@@ -77,8 +77,8 @@ impl ModuleReader<'_> {
         let mut table = table.clone();
         if let Some(old) = table.entries.remove("plugin") {
             let kind = old.value.value.as_str().unwrap_or(usual);
-            let message =
-                Mistake::Key.of(format!("module `{name}` has `plugin`, which is called `kind` in a module"));
+            let message = ErrorCode::Key
+                .of(format!("module `{name}` has `plugin`, which is called `kind` in a module"));
             self.problems.add(old.key, message, format!("write kind = \"{kind}\"; a plugin is a library"));
         }
         self.problems.unknown_keys(&table, &format!("in module `{name}`"), known);

@@ -12,7 +12,7 @@ pub(super) struct PluginReader<'a> {
 }
 
 impl PluginReader<'_> {
-    /// Reads the plugins by name; mistakes are added to the problems.
+    /// Reads the plugins by name; errors are added to the problems.
     pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
         let table = self.problems.table(root, "plugins");
         let entries: Vec<_> = table

@@ -2,7 +2,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 /// Returns a path for display with its control characters escaped.
-/// A terminal would obey them, such as the escape that begins a colour.
+/// A terminal would obey them, such as the escape that begins a color.
 ///
 /// ```
 /// use std::path::Path;

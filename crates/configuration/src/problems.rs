@@ -2,7 +2,7 @@ use slate_blackboard::{Url, nearest_names};
 
 use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::{Message, Mistake};
+use crate::error_code::{ErrorCode, Message};
 use crate::team::TEAM;
 
 /// Problem at a place, before its text is looked up.
@@ -26,7 +26,7 @@ impl Problems {
     pub(super) fn wrong_type(&mut self, name: &str, value: &Spanned<Value>, expected: &str, help: &str) {
         self.add(
             value.span,
-            Mistake::Value.of(format!("`{name}` takes {expected}, found {}", value.describe())),
+            ErrorCode::Value.of(format!("`{name}` takes {expected}, found {}", value.describe())),
             help,
         );
     }
@@ -37,7 +37,7 @@ impl Problems {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
             self.add(
                 entry.key,
-                Mistake::Key.of(format!("unknown key `{name}` {place}")),
+                ErrorCode::Key.of(format!("unknown key `{name}` {place}")),
                 suggestion(name, known),
             );
         }
@@ -120,12 +120,12 @@ impl Problems {
         match slate_module::parse_duration(text) {
             Some(0) => self.add(
                 value.span,
-                Mistake::Value.of(format!("`{name}` must be greater than zero")),
+                ErrorCode::Value.of(format!("`{name}` must be greater than zero")),
                 example("20"),
             ),
             None => {
                 let message = format!("expected a duration such as \"200ms\", found {text:?}");
-                self.add(value.span, Mistake::Value.of(message), example("20"));
+                self.add(value.span, ErrorCode::Value.of(message), example("20"));
             }
             Some(nanoseconds) => return Some(Spanned::new(nanoseconds, value.span)),
         }
@@ -139,8 +139,8 @@ impl Problems {
         match number.filter(|number| (1..=limit).contains(number)) {
             Some(number) => Some(Spanned::new(number, value.span)),
             None => {
-                let message =
-                    Mistake::Value.of(format!("`{name}` takes a whole number from 1, found {}", value.value));
+                let message = ErrorCode::Value
+                    .of(format!("`{name}` takes a whole number from 1, found {}", value.value));
                 let help = match limit {
                     u64::MAX => format!("write a number such as {name} = 5"),
                     limit => format!("write a number up to {limit}, such as {name} = 16"),
@@ -157,7 +157,7 @@ impl Problems {
             Some(number) if number.is_finite() => return Some(number),
             Some(_) => self.add(
                 value.span,
-                Mistake::Value.of(format!("`{name}` must be finite")),
+                ErrorCode::Value.of(format!("`{name}` must be finite")),
                 "write a number such as 1.5",
             ),
             None => self.wrong_type(name, value, "a number", "write a number such as 1.5, without quotes"),
@@ -180,7 +180,7 @@ impl Problems {
             if help.starts_with("did") {
                 help.push_str(&format!(" known are {}", quoted(known.into_iter())));
             }
-            self.add(text.span, Mistake::Value.of(format!("`{name}` can't be `{}`", text.value)), help);
+            self.add(text.span, ErrorCode::Value.of(format!("`{name}` can't be `{}`", text.value)), help);
         }
         found.map(|(_, choice)| Spanned::new(*choice, text.span))
     }
@@ -191,9 +191,9 @@ impl Problems {
         match Url::parse(text) {
             Ok(url) if url.path_in("").contains('/') || url.agent() == Some(TEAM) => return Some(url),
             Ok(_) => {
-                self.add(span, Mistake::Name.of(format!("`{text}` names no property, only a module")), help)
+                self.add(span, ErrorCode::Name.of(format!("`{text}` names no property, only a module")), help)
             }
-            Err(error) => self.add(span, Mistake::Value.of(error.to_string()), help),
+            Err(error) => self.add(span, ErrorCode::Value.of(error.to_string()), help),
         }
         None
     }
@@ -205,18 +205,18 @@ impl Problems {
         let good = url.is_ok_and(|url| url.agent() == Some(name));
         if name == TEAM {
             let help = "slate://team/... is what all robots of a team know together";
-            self.add(span, Mistake::Value.of(format!("no agent can be called `{name}`")), help);
+            self.add(span, ErrorCode::Value.of(format!("no agent can be called `{name}`")), help);
             return false;
         }
         if !good {
             let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
-            self.add(span, Mistake::Value.of(format!("`{name}` can't name an agent")), help);
+            self.add(span, ErrorCode::Value.of(format!("`{name}` can't name an agent")), help);
         } else if name.len() > LONGEST_AGENT_NAME {
             let message = format!(
                 "an agent's name has at most {LONGEST_AGENT_NAME} letters, and this one {}",
                 name.len()
             );
-            self.add(span, Mistake::Value.of(message), "choose a shorter one, such as `robot1`");
+            self.add(span, ErrorCode::Value.of(message), "choose a shorter one, such as `robot1`");
             return false;
         }
         good
@@ -256,7 +256,7 @@ pub(super) const LONGEST_AGENT_NAME: usize = 64;
 pub(super) fn suggestion(name: &str, known: &[&str]) -> String {
     let near = nearest_names(name, known.iter().copied());
     match &near[..] {
-        [] if known.is_empty() => "there is none".into(),
+        [] if known.is_empty() => "none exists".into(),
         [] => format!("known are {}", quoted(known.iter().copied())),
         near => format!("did you mean {}?", quoted(near.iter().map(String::as_str))),
     }

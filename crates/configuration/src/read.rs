@@ -21,7 +21,7 @@ use super::snapshot::SnapshotReader;
 use super::source::{SourceKind, Span};
 use super::value::Table;
 use super::{Configuration, Options, Report, report};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Main file of a configuration, or a text in place of one.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub(super) struct ReadRequest<'a> {
     /// Changes made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
     /// True if the agent may run on another machine.
-    /// A missing file is no mistake then.
+    /// A missing file is no error then.
     pub(super) elsewhere: bool,
 }
 
@@ -144,7 +144,7 @@ fn build(
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let wanted = options.agent.as_deref().filter(|_| described.is_none() && !name.is_empty());
     if let Some(wanted) = wanted.filter(|wanted| *wanted != name) {
-        let message = Mistake::OtherAgent.of(format!("no agent is called `{wanted}`"));
+        let message = ErrorCode::OtherAgent.of(format!("no agent is called `{wanted}`"));
         let help = format!("the configuration describes one, `{name}`");
         build.problems.0.push(Problem { span: None, message, help: Some(help) });
     }

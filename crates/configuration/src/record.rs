@@ -7,7 +7,7 @@ use slate_blackboard::Pattern;
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
 use super::value::{Table, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 const KNOWN: [&str; 9] =
     ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
@@ -166,7 +166,7 @@ impl RecordReader<'_> {
             let help = format!("write a size such as {name} = \"4MiB\"");
             self.problems.add(
                 value.span,
-                Mistake::Value.of(format!("`{name}` can't be more than 256 MiB")),
+                ErrorCode::Value.of(format!("`{name}` can't be more than 256 MiB")),
                 help,
             );
         }
@@ -187,12 +187,12 @@ impl RecordReader<'_> {
         self.problems.unknown_keys(rule, "in [[record.rules]]", &["select", "rate", "on_change"]);
         let select = self.patterns(rule, "select").unwrap_or_default();
         if rule.get("select").is_none() {
-            self.problems.add(item.span, "a rule of [record] does not say for which properties", RULE);
+            self.problems.add(item.span, "a rule of [record] has no `select`", RULE);
         }
         let on_change = self.problems.flag(rule, "on_change").is_some_and(|flag| flag.value);
         let rate = rule.get("rate");
         if rate.is_none() && !on_change {
-            self.problems.add(item.span, "a rule of [record] says neither `rate` nor `on_change`", RULE);
+            self.problems.add(item.span, "a rule of [record] has neither `rate` nor `on_change`", RULE);
         }
         let number = rate.and_then(|rate| Some((rate.span, self.problems.number("rate", rate)?)));
         let period = number.map(|(span, rate)| {

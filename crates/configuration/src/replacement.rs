@@ -43,7 +43,10 @@ impl Replacement {
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
             Ok(found) if !found.is_file() => {
-                return Err(io::Error::new(ErrorKind::InvalidInput, "there is a device or the like"));
+                return Err(io::Error::new(
+                    ErrorKind::InvalidInput,
+                    "it is a device or another special file",
+                ));
             }
             _ => {}
         }
@@ -84,7 +87,7 @@ impl Replacement {
     pub fn keep(mut self) -> io::Result<()> {
         self.file.sync_all()?;
         fs::rename(&self.part, &self.path)?;
-        // Whatever has that name from now on is another's.
+        // A later file of that name belongs to another process.
         self.is_kept = true;
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
         match File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all()) {

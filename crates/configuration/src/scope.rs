@@ -7,7 +7,7 @@ use super::problems::Problems;
 use super::senders;
 use super::source::Spanned;
 use super::value::{Table, TableEntry, Value};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 
 /// Sections of a robot; the same sections at the top belong to the agent itself.
 pub(super) const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
@@ -83,7 +83,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: TableEntry, 
             Slot::Occupied(slot) => {
                 problems.add(
                     entry.key,
-                    Mistake::Key.of(format!("`{}` is set twice in {section}", slot.key())),
+                    ErrorCode::Key.of(format!("`{}` is set twice in {section}", slot.key())),
                     "keep one of the two",
                 );
             }

@@ -6,7 +6,7 @@ use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Table, TableEntry};
-use crate::mistake::Mistake;
+use crate::error_code::ErrorCode;
 use crate::team::is_topic;
 
 /// Default and minimum polling interval for changes, ns.
@@ -14,7 +14,7 @@ const PERIOD: u64 = 200_000_000;
 const SHORTEST: u64 = 10_000_000;
 
 /// Default number of facts of a topic that are shown.
-const ROOM: usize = 256;
+const DEFAULT_FACT_CAPACITY: usize = 256;
 
 /// Reader of `[share]`.
 pub(super) struct ShareReader<'a> {
@@ -34,7 +34,7 @@ impl ShareReader<'_> {
             Some(value) => {
                 let texts = self.problems.texts("listen", value, "local:base");
                 if texts.is_empty() && value.as_list().is_some_and(<[_]>::is_empty) {
-                    let help = "name at least one; without [share] an agent is found by nobody";
+                    let help = "name at least one; without [share] no other agent finds this one";
                     self.problems.add(value.span, "`listen` names no endpoint", help);
                 }
                 texts.into_iter().filter(|at| self.endpoint(at)).collect()
@@ -97,7 +97,7 @@ impl ShareReader<'_> {
             room: self
                 .problems
                 .count_from_one(table, "room", 65_536)
-                .map_or(ROOM, |room| room.value as usize),
+                .map_or(DEFAULT_FACT_CAPACITY, |room| room.value as usize),
             save: self
                 .problems
                 .text(table, "save", "knowledge")
@@ -145,7 +145,7 @@ impl ShareReader<'_> {
         if given == 0 && table.get("allow").is_none() && !table.entries.contains_key("allow") {
             let help =
                 "give `certificate`, `key` and `authority`, or a table `allow`, or take the section away";
-            self.problems.add(entry.key, "[share.security] says nothing", help);
+            self.problems.add(entry.key, "[share.security] is empty", help);
         }
         Some(ShareSecurity { place: entry.key, credentials, allow })
     }
@@ -179,7 +179,7 @@ impl ShareReader<'_> {
             let help = "an endpoint is a carrier and a place, such as local:base";
             self.problems.add(
                 at.span,
-                Mistake::OtherAgent.of(format!("`{}` is not an endpoint", at.value)),
+                ErrorCode::OtherAgent.of(format!("`{}` is not an endpoint", at.value)),
                 help,
             );
         }

@@ -23,7 +23,7 @@ impl SnapshotReader<'_> {
             Some(Spanned::new(condition.map_err(wrong).ok()?, text.span))
         });
         if table.get("at").is_none() && table.get("when").is_none() {
-            self.problems.add(span, "[snapshot] does not say when", "write at = \"30s\", or `when`");
+            self.problems.add(span, "[snapshot] has no trigger", "write at = \"30s\", or `when`");
         }
         if table.get("file").is_none() {
             self.problems.add(span, "[snapshot] has no file", "write file = \"exp1.snapshot\"");

@@ -32,7 +32,7 @@ impl SnapshotCondition {
     /// Parses `FIELD OPERATOR NUMBER`; `true` and `false` are numbers too.
     ///
     /// # Errors
-    /// The mistake in the text.
+    /// The error in the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (field, comparison, number) = Comparison::split(text).ok_or("it has none of < <= > >= == !=")?;
         let field = Url::parse(field).map_err(|error| error.to_string())?;

@@ -40,14 +40,14 @@ fn of_two_that_write_one_file_the_second_is_refused() {
     let first = Replacement::create(&path).unwrap();
     assert_eq!(Replacement::create(&path).unwrap_err().kind(), ErrorKind::AlreadyExists);
     first.keep().unwrap();
-    // The lock of what is in its place now holds nobody up.
+    // The lock of the new file blocks no other process.
     let second = Replacement::create(&path).unwrap();
     drop(second);
     assert!(path.exists());
 }
 
 #[test]
-fn what_is_no_file_is_refused() {
+fn non_file_is_refused() {
     let folder = folder("none");
     assert_eq!(Replacement::create(&folder).unwrap_err().kind(), ErrorKind::IsADirectory);
     let missing = folder.join("missing").join("file");

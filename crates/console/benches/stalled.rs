@@ -145,7 +145,7 @@ fn phase(console: &Console, reader: Reader, seen: &mut Seen) {
             while GOES_ON.load(Ordering::Relaxed) {
                 match reads {
                     true => images += u64::from(socket.read().is_ok_and(|message| message.is_binary())),
-                    // The connection stays, and nobody takes what comes.
+                    // The connection stays, and its data is not read.
                     false => std::thread::sleep(Duration::from_millis(10)),
                 }
             }
@@ -157,7 +157,7 @@ fn phase(console: &Console, reader: Reader, seen: &mut Seen) {
     seen.late.append(&mut LATE.lock().unwrap());
     GOES_ON.store(false, Ordering::Relaxed);
     seen.images += client.map_or(0, |client| client.join().unwrap());
-    // What is left of it is done with.
+    // The rest is consumed.
     std::thread::sleep(Duration::from_millis(300));
 }
 

@@ -107,7 +107,7 @@ impl Guard {
             let message = "too many wrong tokens";
             return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, message, "wait").with("retry-after", "1"));
         }
-        let message = if given.is_some() { "nobody has this token" } else { "there is no token" };
+        let message = if given.is_some() { "the token is unknown" } else { "the request has no token" };
         Err(Problem::new(StatusCode::UNAUTHORIZED, message, help).with("www-authenticate", "Bearer"))
     }
 
@@ -116,7 +116,7 @@ impl Guard {
         if self.requests.takes() {
             return Ok(());
         }
-        let help = "open a WebSocket for what is asked again and again";
+        let help = "open a WebSocket for repeated requests";
         let problem = Problem::new(StatusCode::TOO_MANY_REQUESTS, "too many requests", help);
         Err(problem.with("retry-after", "1"))
     }

@@ -3,7 +3,7 @@
 //! (`web/`).
 //!
 //! A [`Console`] runs on a thread of its own with a low priority. It serves the operations of [`slate_control`], and looks at
-//! values as tools do: no module ever waits for it. Whoever asks
+//! values as tools do: no module ever waits for it. A client that requests
 //! slowly, or stops reading, is served slowly and then dropped.
 //!
 //! ```no_run

@@ -19,7 +19,7 @@ pub(crate) async fn accept_with(
     if !reserve.give() {
         return None;
     }
-    // Who was refused a moment ago still waits.
+    // A client that was just refused still waits.
     let accepted = tokio::time::timeout(RESERVE_TIMEOUT, listener.accept()).await;
     accepted.ok()?.ok()
 }

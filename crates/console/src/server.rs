@@ -141,7 +141,7 @@ impl Console {
             listeners.iter().map(|listener| listener.local_addr()).collect::<Result<_, _>>()?;
         let exposed = addresses.iter().find(|address| !address.ip().is_loopback());
         if let Some(address) = exposed.filter(|_| tls.is_none() || settings.tokens.is_empty()) {
-            // Also for who has made the settings by hand.
+            // Also for settings made in code.
             return Err(StartError::Exposed { address: *address });
         }
         let scheme = if tls.is_some() { "https" } else { "http" };
@@ -188,7 +188,7 @@ impl Console {
                 tokio::task::spawn_blocking(|| {});
                 serve(listeners, tls, host, &ended).await;
             });
-            // What still runs for somebody is no reason to wait.
+            // Requests that still run do not delay the end.
             runtime.shutdown_background();
         })?;
         Ok(Self { addresses, link, file, connections, end, thread: Some(thread) })
@@ -319,6 +319,6 @@ where
         .max_headers(MAX_HEADERS)
         .serve_connection(TokioIo::new(TimedStream::new(stream)), service)
         .with_upgrades();
-    // Who is gone misses nothing.
+    // The client may have disconnected.
     let _ = connection.await;
 }

@@ -104,7 +104,7 @@ impl Tokens {
             "certificate": certificate.map(std::path::absolute).transpose()?,
             "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
         });
-        // What an agent left that was killed.
+        // A file of a killed agent.
         let _ = std::fs::remove_file(&path);
         let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path)?;
         writeln!(file, "{content}")?;
@@ -154,7 +154,7 @@ impl TokenFile {
 
 impl Drop for TokenFile {
     fn drop(&mut self) {
-        // Who removed it before did the same.
+        // Another process may have removed it.
         let _ = std::fs::remove_file(&self.0);
     }
 }

@@ -31,8 +31,8 @@ function Verdict({ path, isNamed }) {
 function Layouts({ view, layout, layouts, built, change, saved, show }) {
   const [note, setNote] = useState("");
   // Questions use a dialog of the page, because a browser dialog would block the stop.
-  const [asked, setAsked] = useState(null);
-  const close = () => setAsked(null);
+  const [dialog, setDialog] = useState(null);
+  const close = () => setDialog(null);
   const tell = (text) => {
     setNote(text);
     setTimeout(() => setNote(""), 4000);
@@ -43,13 +43,13 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
       await navigator.clipboard.writeText(link);
       tell("Link copied (without a token)");
     } catch {
-      setAsked({ link });
+      setDialog({ link });
     }
   };
   const save = async (event) => {
     event.preventDefault();
     const title = new FormData(event.target).get("title").trim();
-    setAsked(null);
+    setDialog(null);
     if (!title) return;
     const own = { ...copy(layout), title };
     try {
@@ -66,10 +66,10 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     ${note && html`<span role="status" class="muted">${note}</span>`}
     ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="Discard the changes of this layout">Reset layout</button>`}
     <button class="quiet" onClick=${share} title="Copy a link to this layout">Link</button>
-    <button class="quiet" onClick=${() => setAsked({ title: view.name in built ? "" : layout.title })} title="Save this layout in the project">Save</button>
-    ${asked && html`<${Dialog} label=${asked.link ? "Link to this layout" : "Save layout"} kind="saving" close=${close}>
-      ${asked.link ? html`<label>A link to this layout, without a token<input readonly data-first value=${asked.link} onFocus=${(event) => event.target.select()} /></label>`
-      : html`<form class="saving" onSubmit=${save}><label>Layout name<input name="title" data-first autocomplete="off" required defaultValue=${asked.title} /></label>
+    <button class="quiet" onClick=${() => setDialog({ title: view.name in built ? "" : layout.title })} title="Save this layout in the project">Save</button>
+    ${dialog && html`<${Dialog} label=${dialog.link ? "Link to this layout" : "Save layout"} kind="saving" close=${close}>
+      ${dialog.link ? html`<label>A link to this layout, without a token<input readonly data-first value=${dialog.link} onFocus=${(event) => event.target.select()} /></label>`
+      : html`<form class="saving" onSubmit=${save}><label>Layout name<input name="title" data-first autocomplete="off" required defaultValue=${dialog.title} /></label>
         <div><button class="primary">Save</button><button type="button" onClick=${close}>Cancel</button></div></form>`}</${Dialog}>`}
   </span>`;
 }

@@ -58,8 +58,8 @@ export function Strip({ path, pointer, values, seconds = 60, name = path }) {
   const begin = Math.max(0, end - seconds);
   const found = parts(history(path, pointer, RATE), begin, end);
   const x = (at) => ((Math.max(at, begin) - begin) / seconds) * width;
-  const told = Object.entries(shares(found, begin)).map(([value, share]) => `${word(value)} ${Math.round(100 * share)} %`);
-  const words = `${name}: ${told.join(", ") || "none yet"}`;
+  const texts = Object.entries(shares(found, begin)).map(([value, share]) => `${word(value)} ${Math.round(100 * share)} %`);
+  const words = `${name}: ${texts.join(", ") || "none yet"}`;
   return html`<div class="strip-box" ref=${box}>
     <svg class="strip" width=${width} height="40" role="img" aria-label=${words}>
       <rect width=${width} height="24" class="bar-back" />

@@ -7,10 +7,10 @@ const PERIOD = 50;
 // Silence after which the page counts as frozen, and held inputs must be released and held again, ms.
 export const LAPSE = 500;
 
-/** Control of one actuator, until `leave`. `told` receives `{state, gate, delay, problem, hold, lapses}` at each change. */
+/** Control of one actuator, until `leave`. `onChange` receives `{state, gate, delay, problem, hold, lapses}` at each change. */
 export class Controls {
-  constructor(actuator, told) {
-    Object.assign(this, { actuator, told, command: null, sent: new Map(), sequence: 0, timer: 0 });
+  constructor(actuator, onChange) {
+    Object.assign(this, { actuator, onChange, command: null, sent: new Map(), sequence: 0, timer: 0 });
     this.status = { state: "asks", gate: null, delay: null, problem: null, hold: 150, lapses: 0 };
     this.socket = openSocket("teleoperation");
     this.socket.onopen = () => this.say({ take: actuator });
@@ -39,7 +39,7 @@ export class Controls {
 
   tell(news) {
     this.status = { ...this.status, ...news };
-    this.told(this.status);
+    this.onChange(this.status);
   }
 
   /** Sends a command 20 times a second, until `release`. Without an input the command is a standstill. */

@@ -148,7 +148,7 @@ async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
             let mut piece = vec![0; length as usize];
             file.read_exact(&mut piece).map(|()| (file, piece))
         });
-        // What can't be read is missing in the answer, which says how long it is.
+        // An unreadable part is missing in the answer, whose length is declared.
         let Ok(Ok((back, piece))) = read.await else { return };
         file = back;
         left -= length;
@@ -170,11 +170,11 @@ pub fn whole(answer: OperationAnswer) -> Response<ResponseBody> {
         }
         OperationAnswer::Bytes(kind, bytes) => response(StatusCode::OK, kind, ResponseBody::of(bytes)),
         OperationAnswer::File(file, length) => {
-            // One piece that waits, and one on its way: who reads slowly is read for slowly.
+            // One piece that waits, and one on its way: a slow reader slows the production.
             let (sender, receiver) = mpsc::channel(1);
             tokio::spawn(send(file, length, sender));
             let mut response = response(StatusCode::OK, OCTET_STREAM, ResponseBody::Stream(receiver));
-            // Whoever gets fewer knows that something is missing.
+            // A client that receives fewer bytes detects the loss.
             response.headers_mut().insert(hyper::header::CONTENT_LENGTH, length.into());
             response
         }

@@ -80,7 +80,7 @@ impl Dispatcher {
         body: Option<Json>,
     ) -> Response<ResponseBody> {
         let path = found.operation.path;
-        let ask = OperationRequest {
+        let request = OperationRequest {
             caller,
             captured: found.captured,
             query,
@@ -89,8 +89,8 @@ impl Dispatcher {
             last_event: None,
             body,
         };
-        let answer = found.operation.carry_out(&self.surface, &ask);
-        self.log(found.operation, &ask.caller, path, &answer);
+        let answer = found.operation.carry_out(&self.surface, &request);
+        self.log(found.operation, &request.caller, path, &answer);
         answer.map_or_else(|problem| problem.response(), whole)
     }
 
@@ -115,14 +115,14 @@ impl Dispatcher {
             return refused.map(whole);
         }
         if operation.name == STOP {
-            // What can't be understood, or has not come yet, is no reason not to stop.
+            // An invalid or incomplete body never prevents a stop.
             let read = tokio::time::timeout(REASON_TIMEOUT, read(headers, body, true)).await;
             let body = read.ok().and_then(Result::ok).flatten();
             return Ok(self.stop(MatchedOperation { operation, captured }, caller, query, body));
         }
         check_query(operation, &query)?;
         let body = read(headers, body, operation.body.is_some()).await?;
-        let ask = OperationRequest {
+        let request = OperationRequest {
             caller: caller.clone(),
             captured,
             query,
@@ -134,11 +134,11 @@ impl Dispatcher {
         let turn = self.turn(operation).await?;
         let surface = Arc::clone(&self.surface);
         let worked = tokio::task::spawn_blocking(move || {
-            // It ends with the work, also when nobody waits for the answer any more.
+            // It ends with the work, also when the caller no longer waits for the answer.
             let _turn = turn;
-            let answer = operation.carry_out(&surface, &ask);
+            let answer = operation.carry_out(&surface, &request);
             if operation.method != "GET" {
-                // Whoever is told of a change finds it in the recording.
+                // A reported change is in the recording.
                 surface.agent.settle();
             }
             answer
@@ -186,7 +186,7 @@ impl Dispatcher {
         };
         let work = Arc::clone(&self.work);
         let place = match self.waits {
-            // It is closed by nobody.
+            // Nothing closes it.
             true => work.acquire_owned().await.ok(),
             false => Some(work.try_acquire_owned().map_err(|_| Problem::too_many())?),
         };
@@ -201,8 +201,8 @@ impl Dispatcher {
         path: &str,
         answer: &Result<OperationAnswer, Problem>,
     ) {
-        let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
-        let is_quiet = caller.who.is_empty() || operation.name == DRIVE || (looks && !caller.is_told);
+        let reads_only = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
+        let is_quiet = caller.who.is_empty() || operation.name == DRIVE || (reads_only && !caller.is_told);
         if is_quiet {
             return;
         }
@@ -212,7 +212,7 @@ impl Dispatcher {
         };
         let path = slate_runtime::printable_text(path);
         let request = format!("{} {path} {done}", operation.method);
-        // A slider that is dragged asks for the same many times a second.
+        // A slider that is dragged requests the same many times a second.
         let is_new = caller.is_told || self.surface.repeats.is_new(&format!("{} {request}", caller.role));
         let level = if is_new { Level::Info } else { Level::Debug };
         self.surface.log(level, &format!("{}: {request}", caller.who));
@@ -244,7 +244,11 @@ async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Opt
     }
     if let Some(coding) = text(headers, CONTENT_ENCODING.as_str()).filter(|coding| coding != "identity") {
         let message = format!("the body is coded as `{coding}`");
-        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send it as it is"));
+        return Err(Problem::new(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            message,
+            "send it without a content encoding",
+        ));
     }
     let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();

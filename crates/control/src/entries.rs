@@ -379,15 +379,15 @@ pub struct Spread {
 /// Reason why an agent refuses a request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// Message, a line for each mistake.
+    /// Message, a line for each error.
     pub message: String,
-    /// Advice on the mistake.
+    /// Advice on the error.
     pub help: String,
     /// Code of its kind, such as `S004`, if any.
-    /// See [`Mistake`](slate_runtime::Mistake).
+    /// See [`ErrorCode`](slate_runtime::ErrorCode).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
-    /// Report of mistakes in a configuration.
+    /// Report of errors in a configuration.
     /// File, line and caret of each, as a terminal shows them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub report: Option<String>,

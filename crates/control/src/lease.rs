@@ -12,7 +12,7 @@ use tokio::time::Instant;
 /// A command holds for much less.
 pub const LEASE_DURATION: Duration = Duration::from_secs(5);
 
-/// Period at which expired leases are looked for.
+/// Period at which expired leases are searched for.
 pub const LEASE_CHECK_PERIOD: Duration = Duration::from_millis(250);
 
 /// Leases, by names that only their holders know.

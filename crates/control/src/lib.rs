@@ -44,7 +44,7 @@ mod surface;
 mod text;
 
 pub use agent::{
-    AgentControl, Done, MAX_CALL_DURATION, PeerEntry, PeerList, ReadEntry, RecordingWish, RejectedEntry,
+    AgentControl, Done, MAX_CALL_DURATION, PeerEntry, PeerList, ReadEntry, RecordingRequest, RejectedEntry,
     ServedEntry, missing_fields,
 };
 pub use answer::{OperationAnswer, ResponseBody, json_response, response};

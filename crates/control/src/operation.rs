@@ -351,7 +351,7 @@ impl MatchedOperation {
         let unknown = || Problem::not_found(format!("unknown path {path}"), "see /api/v1/openapi.json");
         let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
         let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
-        // What is more special comes first, and what is more general is no other way to say the same.
+        // The most specific route comes first.
         let mut path_found = None;
         let mut allowed: Vec<&str> = Vec::new();
         for operation in table {

@@ -4,7 +4,7 @@ use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::BoardError;
 use slate_runtime::configuration::Report;
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 use crate::entries::Refusal;
 
@@ -17,9 +17,9 @@ pub struct Problem {
     detail: String,
     /// Advice.
     help: String,
-    /// Kind of the mistake.
-    mistake: Option<Mistake>,
-    /// File, line and caret of mistakes in a configuration.
+    /// Error code.
+    error_code: Option<ErrorCode>,
+    /// File, line and caret of errors in a configuration.
     report: Option<String>,
     /// Headers that the status wants.
     pub headers: Vec<(&'static str, String)>,
@@ -29,17 +29,17 @@ impl Problem {
     /// Creates a problem with that status.
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
         let (detail, help) = (detail.into(), help.into());
-        let mistake = match status {
-            StatusCode::NOT_FOUND => Some(Mistake::Name),
-            StatusCode::UNPROCESSABLE_ENTITY => Some(Mistake::Value),
+        let error_code = match status {
+            StatusCode::NOT_FOUND => Some(ErrorCode::Name),
+            StatusCode::UNPROCESSABLE_ENTITY => Some(ErrorCode::Value),
             _ => None,
         };
-        Self { status, detail, help, mistake, report: None, headers: Vec::new() }
+        Self { status, detail, help, error_code, report: None, headers: Vec::new() }
     }
 
-    /// Sets the kind of the mistake.
-    pub fn of(self, mistake: Mistake) -> Self {
-        Self { mistake: Some(mistake), ..self }
+    /// Sets the error code.
+    pub fn of(self, error_code: ErrorCode) -> Self {
+        Self { error_code: Some(error_code), ..self }
     }
 
     /// Adds a header.
@@ -73,14 +73,14 @@ impl Problem {
     pub fn run_over(agent: &str, how: &str, consequence: &str) -> Self {
         let message = format!("the run of agent `{agent}` is over ({how}), so {consequence}");
         let help = "end the agent with Ctrl-C and start it again, such as `slate run exp1`; `slate get` prints its last values";
-        Self::new(StatusCode::CONFLICT, message, help).of(Mistake::RunOver)
+        Self::new(StatusCode::CONFLICT, message, help).of(ErrorCode::RunOver)
     }
 
     /// Creates the problem of a refusal by the agent.
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
-        let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
+        let error_code = refusal.code.as_deref().and_then(ErrorCode::from_code);
         let problem = Self::new(status, refusal.message, refusal.help);
-        Self { mistake: mistake.or(problem.mistake), report: refusal.report, ..problem }
+        Self { error_code: error_code.or(problem.error_code), report: refusal.report, ..problem }
     }
 
     /// Returns the message.
@@ -96,7 +96,7 @@ impl Problem {
             "status": self.status.as_u16(),
             "detail": self.detail,
         });
-        let code = self.mistake.map(|mistake| mistake.code().to_owned());
+        let code = self.error_code.map(|error_code| error_code.code().to_owned());
         for (name, text) in
             [("help", Some(&self.help)), ("code", code.as_ref()), ("report", self.report.as_ref())]
         {
@@ -129,7 +129,7 @@ impl From<Report> for Problem {
 
 impl From<BoardError> for Problem {
     fn from(error: BoardError) -> Self {
-        let Message { text, mistake } = Message::from(&error);
+        let Message { text, error_code } = Message::from(&error);
         let problem = match error {
             BoardError::Unknown { .. } => {
                 Self::not_found(text, "GET /api/v1/properties lists the properties")
@@ -137,6 +137,6 @@ impl From<BoardError> for Problem {
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
             _ => Self::unfit(text, "GET /api/v1/interfaces/NAME returns the schema"),
         };
-        Self { mistake: mistake.or(problem.mistake), ..problem }
+        Self { error_code: error_code.or(problem.error_code), ..problem }
     }
 }

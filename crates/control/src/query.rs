@@ -77,7 +77,7 @@ impl Query {
     /// Returns a whole number up to a limit.
     pub fn count(&self, name: &str, most: u64) -> Result<Option<u64>, Problem> {
         let Some(text) = self.get(name) else { return Ok(None) };
-        // A sign is none of a count.
+        // A count has no sign.
         match text.parse::<u64>() {
             Ok(number) if number <= most && text.bytes().all(|byte| byte.is_ascii_digit()) => {
                 Ok(Some(number))
@@ -122,7 +122,7 @@ mod tests {
     proptest! {
         /// Property: any text that is encoded byte by byte decodes to itself.
         #[test]
-        fn what_is_encoded_is_decoded(text in ".{0,40}") {
+        fn encoding_round_trips(text in ".{0,40}") {
             let encoded: String = text.bytes().map(|byte| format!("%{byte:02X}")).collect();
             prop_assert_eq!(decode(&encoded).unwrap(), text.clone());
             let query = Query::parse(&format!("a={encoded}&b")).unwrap();

@@ -40,7 +40,7 @@ fn of_fields(descriptor: &Descriptor) -> Json {
         }
         properties.insert(field.name.into(), schema);
     }
-    // An object has no order, and whoever shows a value wants to show it as its interface says it: x before theta.
+    // A JSON object has no order, but a value is shown in the order of its interface: x before theta.
     let order: Vec<_> = descriptor.fields.iter().map(|field| field.name).collect();
     json!({
         "type": "object",
@@ -62,7 +62,7 @@ fn of_kind(kind: &Kind) -> Json {
         Kind::Primitive(Primitive::I16) => whole(i16::MIN.into(), i16::MAX.into()),
         Kind::Primitive(Primitive::I32) => whole(i32::MIN.into(), i32::MAX.into()),
         Kind::Primitive(Primitive::I64) => whole(i64::MIN, i64::MAX),
-        // What is infinite or no number is null, as JSON has neither.
+        // Infinity and NaN are null, as JSON has neither.
         Kind::Primitive(Primitive::F32) => json!({ "type": ["number", "null"], "format": "float" }),
         Kind::Primitive(Primitive::F64) => json!({ "type": ["number", "null"], "format": "double" }),
         Kind::Enumeration(enumeration) => {

@@ -34,7 +34,7 @@ impl Selection {
         match (pointer, path) {
             (None, None) => Ok(Self::Whole),
             (Some(_), Some(_)) => {
-                Err(Problem::bad("there are both `pointer` and `select`", "give one of the two"))
+                Err(Problem::bad("expected only one of `pointer` and `select`", "give one of the two"))
             }
             (Some(""), None) => Ok(Self::Whole),
             (Some(pointer), None) if pointer.starts_with('/') => Ok(Self::Pointer(pointer.into())),
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_refused_in_words() {
+    fn invalid_path_is_refused_in_words() {
         for path in [
             "",
             "x",

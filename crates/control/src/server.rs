@@ -126,7 +126,7 @@ impl Server {
                     (std::pin::pin!(serve(listener, shared)), std::pin::pin!(ended.notified()));
                 first_of(receives, ends).await;
             });
-            // What still runs for somebody is no reason to wait.
+            // Requests that still run do not delay the end.
             runtime.shutdown_background();
         })?;
         Ok(Self { _stop_line: stop_line, entry, host, end, thread: Some(thread) })
@@ -227,7 +227,7 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
         .keep_alive(!is_brief)
         .serve_connection(TokioIo::new(TimedStream::new(stream)), service);
     let connection = std::pin::pin!(async move {
-        // Who is gone misses nothing.
+        // The client may have disconnected.
         let _ = connection.await;
     });
     if is_brief {
@@ -238,12 +238,12 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
     }
 }
 
-/// Returns the role of a caller, which may ask for one with fewer rights.
+/// Returns the role of a caller, which may request one with fewer rights.
 /// An unknown role counts as the one with the fewest.
 pub fn lower_role(role: Role, headers: &HeaderMap) -> Role {
-    let Some(asked) = headers.get(ROLE) else { return role };
-    let asked = asked.to_str().ok().and_then(Role::by_name).unwrap_or(Role::Viewer);
-    role.min(asked)
+    let Some(requested) = headers.get(ROLE) else { return role };
+    let requested = requested.to_str().ok().and_then(Role::by_name).unwrap_or(Role::Viewer);
+    role.min(requested)
 }
 
 /// Returns a caller for the log, with the name that it gives itself, if any.

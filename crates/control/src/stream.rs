@@ -126,10 +126,10 @@ impl Watcher {
     pub fn take_all(&mut self) -> Result<Vec<Sample>, BoardError> {
         let Some(found) = &self.found else { return Ok(Vec::new()) };
         let property = found.watching.property();
-        let mut kept = property.freeze()?.unwrap_or_default().values;
+        let mut kept = property.snapshot()?.unwrap_or_default().values;
         kept.retain(|kept| kept.stamp.sequence > self.last);
         self.last = kept.last().map_or(self.last, |kept| kept.stamp.sequence);
-        let sample = |kept: slate_blackboard::channel::FrozenValue| Sample {
+        let sample = |kept: slate_blackboard::channel::StampedValue| Sample {
             property: Arc::clone(property),
             field_path: found.field_path.clone(),
             bytes: kept.bytes,

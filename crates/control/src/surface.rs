@@ -130,7 +130,7 @@ impl ControlSurface {
         let _ = self.run_end.set(how.to_owned());
     }
 
-    /// Returns how the run ended; none while it goes on.
+    /// Returns how the run ended; none while it continues.
     pub fn run_end(&self) -> Option<&str> {
         self.run_end.get().map(String::as_str)
     }
@@ -183,7 +183,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Returns the parameters that the configuration lets operators set.
-/// The reader of the console's table reports mistakes in it.
+/// The reader of the console's table reports errors in it.
 fn operable(agent: &Agent) -> Vec<Pattern> {
     let configuration = agent.configuration();
     let list = configuration.value("console.operable").and_then(|value| value.as_list());

@@ -48,7 +48,7 @@ pub fn texts(doc: &str) -> Json {
 pub fn toml(value: &Json) -> Result<String, Problem> {
     Ok(match value {
         Json::Null => {
-            return Err(Problem::unfit("no setting is null", "DELETE takes back what was set at run time"));
+            return Err(Problem::unfit("no setting is null", "DELETE reverts changes made at run time"));
         }
         Json::Bool(value) => value.to_string(),
         Json::Number(number) => number.to_string(),

@@ -17,7 +17,7 @@ use slate_safety::{Gate, GateState, StopLatch, Verdict};
 
 use crate::clock::{Clock, monotonic};
 use crate::digest::Digest;
-use crate::{Bytes, FrozenActuator, FrozenProperty};
+use crate::{ActuatorSnapshot, Bytes, PropertySnapshot};
 
 /// Gate with the property that the actuator reads.
 #[derive(Debug)]
@@ -223,7 +223,7 @@ impl Actuator {
     }
 
     /// Locks the gate; `None` while another thread is in it.
-    /// Nobody waits on the wall clock: the other thread is a commander that holds the lease, or the loop that expires
+    /// No thread waits on the wall clock: the other thread is a commander that holds the lease, or the loop that expires
     /// stale commands. Under a time source it waits, so that the result does not depend on other threads.
     fn try_lock(&self) -> Option<MutexGuard<'_, CommandedState>> {
         if self.clock.is_driven() {
@@ -276,7 +276,7 @@ impl Actuator {
     }
 
     /// Applies the safe command if the present one has expired; true if it had.
-    /// For the watchdog of the loop. Before the expiry the gate is not entered, so that it delays nobody.
+    /// For the watchdog of the loop. Before the expiry the gate is not entered, so that it delays no other thread.
     pub fn expire_stale(&self) -> bool {
         if !self.is_stale() {
             return false;
@@ -314,20 +314,20 @@ impl Actuator {
     }
 
     /// Returns the gate's state for a snapshot.
-    pub fn freeze(&self) -> FrozenActuator {
+    pub fn snapshot(&self) -> ActuatorSnapshot {
         let inner = self.locked();
-        FrozenActuator {
+        ActuatorSnapshot {
             commanders: self.commanders.clone(),
             index: inner.index,
-            gate: inner.gate.freeze(),
+            gate: inner.gate.snapshot(),
             shown: inner.last_state.map(|mut state| Bytes(View::of(&mut state).bytes().to_vec())),
             fresh: inner.fresh,
         }
     }
 
     /// Returns true if the actuator can resume from this snapshot.
-    pub fn fits(&self, frozen: &FrozenActuator) -> bool {
-        self.commanders == frozen.commanders && self.locked().gate.fits(&frozen.gate)
+    pub fn fits(&self, saved: &ActuatorSnapshot) -> bool {
+        self.commanders == saved.commanders && self.locked().gate.fits(&saved.gate)
     }
 
     /// Resumes from a snapshot, with the values of its properties.
@@ -335,31 +335,31 @@ impl Actuator {
     ///
     /// # Errors
     /// A property that does not take its values.
-    pub fn thaw(
+    pub fn restore(
         &self,
-        frozen: &FrozenActuator,
+        saved: &ActuatorSnapshot,
         board: &Board,
-        properties: &BTreeMap<String, FrozenProperty>,
+        properties: &BTreeMap<String, PropertySnapshot>,
         (rearm, now): (bool, u64),
     ) -> Result<(), BoardError> {
         let mut inner = self.locked();
         let CommandedState { command, state, .. } = &mut *inner;
         for (own, writer) in [("command", command), ("gate", state)] {
             let path = format!("{}/{own}", self.name);
-            if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
-                property.thaw(&frozen.values, Some(writer))?;
+            if let (Some(saved), Some((property, _))) = (properties.get(&path), board.get(&path)) {
+                property.restore(&saved.values, Some(writer))?;
             }
         }
-        inner.gate.thaw(&frozen.gate, rearm);
-        (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
+        inner.gate.restore(&saved.gate, rearm);
+        (inner.index, inner.fresh) = (saved.index, saved.fresh);
         inner.written.0 = None;
         inner.last_state =
-            frozen.shown.as_ref().filter(|published| published.0.len() == size_of::<GateState>()).map(
+            saved.shown.as_ref().filter(|published| published.0.len() == size_of::<GateState>()).map(
                 // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
                 |published| unsafe { published.0.as_ptr().cast::<GateState>().read_unaligned() },
             );
         if !rearm {
-            // What the actuator got is no longer what holds.
+            // The actuator's last command is outdated.
             inner.publish(now);
         }
         self.publish_stop(inner);

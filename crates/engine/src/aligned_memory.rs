@@ -24,7 +24,7 @@ impl AlignedMemory {
     #[inline]
     pub fn bytes(&self, count: usize) -> &[u8] {
         let count = count.min(size_of_val(&*self.0));
-        // SAFETY: the memory is initialised and has so many bytes.
+        // SAFETY: the memory is initialized and has so many bytes.
         unsafe { std::slice::from_raw_parts(self.as_ptr(), count) }
     }
 
@@ -32,7 +32,7 @@ impl AlignedMemory {
     #[inline]
     pub fn bytes_mut(&mut self, count: usize) -> &mut [u8] {
         let count = count.min(size_of_val(&*self.0));
-        // SAFETY: the memory is initialised and has so many bytes.
+        // SAFETY: the memory is initialized and has so many bytes.
         unsafe { std::slice::from_raw_parts_mut(self.as_mut_ptr(), count) }
     }
 }

@@ -4,7 +4,7 @@
 /// It runs at once where a processor is free, and its waking preempts no thread that is at work, such as the loop.
 ///
 /// It is Linux's `SCHED_BATCH`, also where the agent was started in real time. Where the system refuses or knows no such thing, the
-/// thread stays as it is.
+/// thread remains unchanged.
 pub fn set_batch_scheduling() {
     #[cfg(target_os = "linux")]
     {

@@ -11,7 +11,7 @@ use rustix::time::{ClockId, clock_gettime};
 /// Changes of the date do not affect it.
 #[inline]
 pub fn monotonic() -> u64 {
-    // What the standard library's instant makes of it takes as long again, and a loop asks once for each step.
+    // The standard library's instant costs twice as much, and the loop reads the clock in each step.
     let time = clock_gettime(ClockId::Monotonic);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }

@@ -11,7 +11,7 @@ const BUFFER_SIZE: usize = 16 * 1024;
 /// Fingerprint of all values that modules wrote; equal runs have equal digests.
 ///
 /// Measured times are not part of it, as they differ from run to run. It is a chain, each link of which is the hash of
-/// some values with the link before as the seed: so it can be kept, and goes on in another process.
+/// some values with the link before as the seed: so it can be kept, and continues in another process.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Digest {
     chain: u64,

@@ -171,7 +171,7 @@ struct ProviderState {
 impl ProviderPort {
     /// Returns a port through which the module provides the service in `service_slot`.
     pub fn new(slot: usize, service_slot: Arc<ServiceSlot>, kind: ModuleKind) -> Self {
-        // What a module has left that never returned is not called any more, and its code may be in it for ever.
+        // A service of a module that never returned is not called any more; its code may run in it forever.
         std::mem::forget(service_slot.change(std::mem::take).service);
         let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
         let mut state = Box::new(ProviderState { table, service_slot, kind });

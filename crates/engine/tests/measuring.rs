@@ -1,4 +1,4 @@
-//! To emit a synchronisation point, to count a duration and to record a span allocate nothing.
+//! To emit a synchronization point, to count a duration and to record a span allocate nothing.
 #![cfg(not(feature = "shuttle"))]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
@@ -33,7 +33,7 @@ fn durations_and_spans_allocate_nothing() {
 }
 
 #[test]
-fn to_emit_allocates_nothing_also_when_somebody_waits() {
+fn emit_allocates_nothing_with_waiters() {
     const EMITS: u64 = 10_000;
     let synchronization = Synchronization::default();
     let emitter = synchronization.emitter("/stage/act/start", "loop").unwrap();

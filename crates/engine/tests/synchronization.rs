@@ -1,4 +1,4 @@
-//! Synchronisation points, used by threads.
+//! Synchronization points, used by threads.
 #![cfg(not(feature = "shuttle"))]
 #![allow(
     clippy::unwrap_used,
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use slate_engine::synchronization::{Count, PointError, Synchronization};
 
-/// Longer than anything here takes, so that a lost wake-up is seen as a time-out.
+/// Longer than anything here takes, so that a lost wake-up is seen as a timeout.
 const LONG: Duration = Duration::from_secs(60);
 const SHORT: Duration = Duration::from_millis(2);
 
@@ -92,7 +92,7 @@ fn all_emitters_are_waited_for_and_the_late_are_named() {
 }
 
 #[test]
-fn an_emitter_that_leaves_holds_nobody_up() {
+fn removed_emitter_blocks_no_waiter() {
     let synchronization = Synchronization::default();
     let stays = synchronization.emitter("/sensors/laser", "laser").unwrap();
     let leaves = synchronization.emitter("/sensors/camera", "camera").unwrap();

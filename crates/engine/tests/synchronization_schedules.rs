@@ -1,4 +1,4 @@
-//! Random schedules of the synchronisation points.
+//! Random schedules of the synchronization points.
 //!
 //! `cargo test -p slate-engine --release --features shuttle --test synchronization_schedules`
 #![cfg(feature = "shuttle")]
@@ -40,7 +40,7 @@ fn no_emit_is_missed() {
 }
 
 #[test]
-fn who_emits_or_leaves_holds_nobody_up() {
+fn emitters_block_no_waiter() {
     check_random(
         || {
             let synchronization = Synchronization::default();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use slate_evaluation::exploration::evaluate;
 use slate_evaluation::{DataError, Evaluation};
 
-/// Cells along each side, of half a metre.
+/// Cells along each side, of half a meter.
 const SIDE: usize = 50;
 
 /// A folder with a building, whose cells are those of the function.

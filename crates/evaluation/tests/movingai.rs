@@ -41,7 +41,7 @@ fn lengths_are_compared_with_the_files() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_line() {
+fn errors_name_their_line() {
     let refused = |name: &str, map: &str, scenario: &str| {
         let folder = folder(name, map, scenario);
         let message = planning::evaluate(&folder).unwrap_err().to_string();

@@ -30,7 +30,7 @@ fn folder(name: &str) -> PathBuf {
         if step % 10 == 0 && depth > 0.5 {
             let code = 60 + step % 3;
             writeln!(seen, "{time:.3} {code} {:.3} {:.3}", 1.03 * depth, math::atan2(left, depth)).unwrap();
-            // Another robot, and a barcode that nobody has.
+            // Another robot, and an unknown barcode.
             writeln!(seen, "{time:.3} 5 1.0 0.0\n{time:.3} 99 1.0 0.0").unwrap();
         }
         theta += 0.004;

@@ -18,7 +18,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Creates a grid along the axes, of a size in metres.
+    /// Creates a grid along the axes, of a size in meters.
     /// `None` if it has no cell or more than `most`.
     pub fn new([x, y]: [f64; 2], [width, height]: [f64; 2], resolution: f64, most: usize) -> Option<Self> {
         let cells = |length: f64| (length / resolution - 1e-9).ceil() as usize;

@@ -71,7 +71,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_line_crosses_neighbouring_cells_up_to_its_end(
+        fn a_line_crosses_neighboring_cells_up_to_its_end(
             ax in -50.0..50.0_f64, ay in -50.0..50.0_f64, bx in -50.0..50.0_f64, by in -50.0..50.0_f64,
         ) {
             let cells: Vec<_> = LineCells::new((ax, ay), (bx, by)).collect();

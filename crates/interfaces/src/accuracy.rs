@@ -13,11 +13,11 @@ pub struct SensorAccuracy {
     /// Standard deviation of the heading of the compass.
     #[unit("rad")]
     pub orientation_stddev: f64,
-    /// Standard deviation of the odometry's distance after a metre.
+    /// Standard deviation of the odometry's distance after a meter.
     /// It grows with the root of the path.
     #[unit("m")]
     pub odometry_translation_stddev: f64,
-    /// Standard deviation of the odometry's heading after a metre or a radian.
+    /// Standard deviation of the odometry's heading after a meter or a radian.
     /// It grows with the root of the path or turn.
     #[unit("rad")]
     pub odometry_rotation_stddev: f64,

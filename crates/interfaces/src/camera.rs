@@ -2,7 +2,7 @@ use slate_module::{Sequence, Text, interface};
 
 /// Intrinsic calibration of a camera.
 ///
-/// Its frame is the optical one of REP-103: x to the right of the image, y down, z along the optical axis. Centres of pixels have
+/// Its frame is the optical one of REP-103: x to the right of the image, y down, z along the optical axis. Centers of pixels have
 /// whole coordinates.
 #[interface(ros = "sensor_msgs/msg/CameraInfo")]
 #[derive(PartialEq)]

@@ -1,7 +1,7 @@
 //! Standard interfaces of robotics, with bounds.
 //! They have the layout of their ROS messages where there is one.
 //!
-//! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
+//! SI units and the frames of ROS's REP-103: meters, radians, x forward, y left, counter-clockwise.
 //! Modules with these interfaces can be linked to each other.
 
 mod accuracy;

@@ -41,7 +41,7 @@ impl Pose2 {
     }
 }
 
-/// Pose estimate with covariance; [`Pose2::UNKNOWN`] while there is none.
+/// Pose estimate with covariance; [`Pose2::UNKNOWN`] without an estimate.
 #[interface(ros = "geometry_msgs/msg/PoseWithCovarianceStamped")]
 #[derive(PartialEq)]
 pub struct PoseEstimate {

@@ -114,7 +114,7 @@ fn parse_fields<'a>(file: &Path, text: &'a str) -> Result<Vec<MetadataField<'a>>
                 })?;
                 fields.push(MetadataField { key, value, line });
             }
-            // A list may go on in the next line.
+            // A list may continue in the next line.
             _ => match fields.last_mut() {
                 Some(field) if field.value.starts_with('[') && !field.value.ends_with(']') => {
                     field.value.push_str(text.trim());

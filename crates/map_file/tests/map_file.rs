@@ -63,7 +63,7 @@ fn modes_and_negate_are_those_of_map_server() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_file_and_line() {
+fn errors_have_file_and_line() {
     let image = b"P5 1 1 255 \x00";
     let with = |from: &str, to: &str| refused("wrong", &YAML.replace(from, to), image);
     assert_eq!(
@@ -186,7 +186,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn what_was_written_is_read(
+    fn written_data_is_read_back(
         x in -90.0..90.0_f64, y in -90.0..90.0_f64, theta in -3.0..3.0_f64, width in 1..12_usize, height in 1..9_usize,
         mode in prop::sample::select(vec![MapMode::Trinary, MapMode::Scale, MapMode::Raw]), negate: bool,
         cells in prop::collection::vec(-1..=100_i8, 12 * 9), exact: bool,

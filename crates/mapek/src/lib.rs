@@ -17,7 +17,7 @@
 //! /// Distance to the nearest obstacle.
 //! #[interface]
 //! pub struct Nearest {
-//!     /// Metres.
+//!     /// Meters.
 //!     #[unit("m")]
 //!     pub distance: f64,
 //! }
@@ -110,7 +110,7 @@
 //! /// Drives straight for a duration.
 //! #[derive(Serialize, Deserialize)]
 //! pub struct Drive {
-//!     /// Metres per second.
+//!     /// Meters per second.
 //!     speed: f64,
 //!     /// Remaining time, seconds.
 //!     left: f64,
@@ -119,7 +119,7 @@
 //! /// Arguments of [`Drive`].
 //! #[derive(Clone, Copy)]
 //! pub struct Stretch {
-//!     /// Metres per second.
+//!     /// Meters per second.
 //!     speed: f64,
 //!     /// Seconds.
 //!     duration: f64,
@@ -364,7 +364,7 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Acting, Action, ActionKind, ActionTree, Arguments, InParallel, InSequence, ParallelWriter, Repeat, Step,
     Transmission,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorBlockState, ActuatorPorts};

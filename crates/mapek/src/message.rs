@@ -8,7 +8,7 @@ pub const KIND_LENGTH: usize = 44;
 pub const ARGUMENTS: usize = 8;
 
 /// Request of an action: a registered kind and its arguments.
-/// Execute owns the behaviour.
+/// Execute owns the behavior.
 #[interface]
 #[derive(PartialEq)]
 pub struct ActionRequest {

@@ -233,7 +233,7 @@ impl Pipeline {
     }
 
     fn interrupt(&mut self) {
-        // Only the action that truly ran must be cancelled, and there is none after it until `advance`.
+        // Only the action that truly ran must be cancelled, and no other follows it until `advance`.
         self.interrupted = self.interrupted.or(self.running.take());
         self.running = None;
     }

@@ -10,7 +10,7 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::{PlanOut, role};
 use crate::{ActionRequest, Ended, ExecuteStatus, PlanStep, Planned, Route};
 
-/// Decision on the robot's behaviour (RoCS, 4.2).
+/// Decision on the robot's behavior (RoCS, 4.2).
 /// A Plan sends its actions to Execute. A robot has one.
 ///
 /// Analyzes and changes of Execute's status trigger it.
@@ -146,7 +146,7 @@ pub struct PlanMemory<S> {
 const LOST: u64 = 100_000_000;
 
 /// Maximum period of a Plan without a trigger, nanoseconds.
-const LOOK: u64 = 200_000_000;
+const MAX_PERIOD: u64 = 200_000_000;
 
 /// A [`Plan`] as a module.
 pub struct PlanBlock<P>(PhantomData<fn() -> P>);
@@ -163,9 +163,9 @@ impl<P: Plan> Module for PlanBlock<P> {
     fn spec() -> Spec {
         let mut trigger =
             on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
-        // Nobody tells a Plan that a parameter or what it reads of the knowledge is another one now.
+        // A Plan is not notified of changed parameters or knowledge.
         if let Trigger::On { timeout, .. } = &mut trigger {
-            *timeout = Some(timeout.map_or(LOOK, |stale| stale.min(LOOK)));
+            *timeout = Some(timeout.map_or(MAX_PERIOD, |stale| stale.min(MAX_PERIOD)));
         }
         Spec { trigger, deadline: None, unique: "plan" }
     }

@@ -10,7 +10,7 @@ use slate_module::testing::Fixture;
 
 use common::{Body, Drive, Stumble, Swerve, planned};
 
-/// An action made of others with the arguments of its parts, so that each shape can be asked for.
+/// Composite action with the arguments of its parts, so that each shape can be requested.
 macro_rules! composed {
     ($($name:ident: $parts:ty, $arguments:expr;)+) => {
         $(

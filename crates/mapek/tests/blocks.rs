@@ -29,7 +29,7 @@ fn when<M: Module>() -> (Stage, Trigger) {
 
 #[test]
 fn each_block_is_woken_by_what_it_waits_for_in_its_stage() {
-    // A sensor that stops must be noticed, so there is a time-out where a port can be stale.
+    // A sensor that stops must be noticed, so there is a timeout where a port can be stale.
     // A Monitor says that it is stale as soon as it is.
     assert_eq!(
         when::<MonitorBlock<NearMonitor>>(),
@@ -37,7 +37,7 @@ fn each_block_is_woken_by_what_it_waits_for_in_its_stage() {
     );
     assert_eq!(when::<ReactiveBlock<AvoidNear>>(), (Stage::SensorProcess, on(&["range"], Some(100_000_000))));
     assert_eq!(when::<AnalyzeBlock<WayIsFree>>(), (Stage::WorldState, on(&["near"], None)));
-    // Nobody tells a Plan of a parameter, or of what it reads of the knowledge.
+    // A Plan is not notified of changed parameters or knowledge.
     assert_eq!(when::<PlanBlock<Wanderer>>(), (Stage::Think, on(&["free", "situation"], Some(200_000_000))));
     assert_eq!(when::<ExecuteBlock<Actions>>(), (Stage::Act, on(&["plan", "reflexes"], Some(20_000_000))));
     assert_eq!(when::<KnowledgeBlock<Memory>>(), (Stage::WorldState, Trigger::Stage));
@@ -87,7 +87,7 @@ fn ports_that_may_be_linked_have_the_same_role() {
 }
 
 #[test]
-fn what_a_monitor_interprets_is_published() {
+fn monitor_publishes_its_interpretation() {
     let mut monitor = Fixture::<MonitorBlock<NearMonitor>>::new();
     monitor.set("range", near(3.0));
     monitor.tick();
@@ -227,7 +227,7 @@ struct MotorIo {
     moves: Output<Twist2>,
 }
 
-/// Moves as it is told.
+/// Moves as commanded.
 struct Motor;
 
 impl Actuator for Motor {

@@ -60,7 +60,7 @@ fn the_status_is_written_when_it_changes_and_once_at_the_start() {
 type Waits = Vec<(String, Vec<f64>, u64, i32, Route, f64)>;
 
 #[test]
-fn waiting_actions_are_told_when_they_change() {
+fn changes_of_waiting_actions_are_published() {
     let mut execute = Execute::new();
     let waits = |execute: &Execute| -> Option<Waits> {
         execute.read("waiting", |waiting: &WaitingActions| {
@@ -206,7 +206,7 @@ fn replacing_a_plan_first_cancels_the_running_action() {
 }
 
 #[test]
-fn what_it_does_not_know_or_cannot_read_is_refused() {
+fn unknown_or_unreadable_request_is_refused() {
     let mut execute = Execute::new();
     let request = |kind: &str, arguments: &[f64]| ActionRequest {
         kind: Text::new(kind),
@@ -219,7 +219,7 @@ fn what_it_does_not_know_or_cannot_read_is_refused() {
     execute.push("plan", planned(Drive::request((1.0, 1.0)), 4, 0));
     assert_eq!(step(&mut execute), Some(1.0));
     let status = status(&execute);
-    // Refused reflexes change nothing: the plan of epoch 0 goes on.
+    // Refused reflexes change nothing: the plan of epoch 0 continues.
     assert_eq!((status.refused, status.reflexes, status.epoch, status.ticket), (4, 0, 0, 4));
 }
 

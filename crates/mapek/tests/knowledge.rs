@@ -17,9 +17,9 @@ fn fact(origin: u32, sequence: u64, time: u64, certainty: f64, value: Option<i32
 #[test]
 fn a_view_chooses_among_origins() {
     let mut facts = Facts::default();
-    facts.tell(fact(2, 1, 30, 0.5, Some(20)));
-    facts.tell(fact(1, 1, 10, 0.9, Some(10)));
-    facts.tell(fact(3, 1, 20, 0.9, Some(30)));
+    facts.insert(fact(2, 1, 30, 0.5, Some(20)));
+    facts.insert(fact(1, 1, 10, 0.9, Some(10)));
+    facts.insert(fact(3, 1, 20, 0.9, Some(30)));
     assert_eq!(facts.view::<Newest>().and_then(|fact| fact.value), Some(20));
     assert_eq!(facts.view::<MostCertain>().and_then(|fact| fact.value), Some(30));
     assert_eq!(facts.view::<Union>().filter_map(|fact| fact.value).collect::<Vec<_>>(), [10, 20, 30]);
@@ -28,21 +28,21 @@ fn a_view_chooses_among_origins() {
 #[test]
 fn an_origin_takes_back_only_what_it_said() {
     let mut facts = Facts::default();
-    facts.tell(fact(1, 1, 10, 1.0, Some(10)));
-    facts.tell(fact(2, 1, 20, 1.0, Some(20)));
-    assert!(facts.tell(fact(2, 2, 30, 1.0, None)));
+    facts.insert(fact(1, 1, 10, 1.0, Some(10)));
+    facts.insert(fact(2, 1, 20, 1.0, Some(20)));
+    assert!(facts.insert(fact(2, 2, 30, 1.0, None)));
     assert_eq!(facts.view::<Newest>().and_then(|fact| fact.value), Some(10));
     // What was taken back is not resurrected by a copy that comes late.
-    assert!(!facts.tell(fact(2, 1, 20, 1.0, Some(20))));
+    assert!(!facts.insert(fact(2, 1, 20, 1.0, Some(20))));
     assert_eq!(facts.view::<Union>().count(), 1);
 }
 
 #[test]
 fn a_restarted_origin_is_newer_than_its_former_life() {
     let mut facts = Facts::default();
-    facts.tell(fact(1, 100, 10, 1.0, Some(10)));
+    facts.insert(fact(1, 100, 10, 1.0, Some(10)));
     let restarted = Fact { version: Version { epoch: 1, sequence: 1 }, ..fact(1, 1, 20, 1.0, Some(11)) };
-    assert!(facts.tell(restarted));
+    assert!(facts.insert(restarted));
     assert_eq!(facts.view::<Newest>().and_then(|fact| fact.value), Some(11));
 }
 
@@ -66,8 +66,8 @@ proptest! {
             shuffled.swap(i, (random.bits() % (i as u64 + 1)) as usize);
         }
         let (mut one, mut other) = (Facts::default(), Facts::default());
-        statements.iter().for_each(|statement| { one.tell(fact(statement)); });
-        shuffled.iter().chain(&statements).for_each(|statement| { other.tell(fact(statement)); });
+        statements.iter().for_each(|statement| { one.insert(fact(statement)); });
+        shuffled.iter().chain(&statements).for_each(|statement| { other.insert(fact(statement)); });
         prop_assert_eq!(&one, &other);
         for origin in 0..4 {
             let last = statements.iter().filter(|statement| statement.0 == origin).max();
@@ -80,8 +80,8 @@ proptest! {
 #[test]
 fn a_world_model_is_saved_with_its_facts() {
     let mut world = WorldModel::<(u8, u8), i32>::default();
-    world.tell((1, 2), fact(1, 1, 10, 1.0, Some(5)));
-    world.tell((0, 0), fact(1, 1, 10, 1.0, Some(6)));
+    world.insert((1, 2), fact(1, 1, 10, 1.0, Some(5)));
+    world.insert((0, 0), fact(1, 1, 10, 1.0, Some(6)));
     let saved = slate_module::encode(&world).unwrap();
     assert_eq!(slate_module::decode::<WorldModel<(u8, u8), i32>>(&saved).unwrap(), world);
     let seen: Vec<_> =
@@ -148,7 +148,7 @@ pub struct WardenIo {
     changes: Output<Point2>,
 }
 
-/// States what it is told to, and counts changes.
+/// States given facts, and counts changes.
 pub struct Warden;
 
 impl Module for Warden {
@@ -210,7 +210,7 @@ fn show(warden: &mut Fixture<Warden>, revision: u64, facts: &[(&str, u32, u64, f
 }
 
 #[test]
-fn a_block_is_told_what_changes_in_a_table() {
+fn block_receives_changes_of_table() {
     let mut warden = Fixture::<Warden>::new();
     assert_eq!(
         show(&mut warden, 1, &[("hall", 1, 1, 20.0), ("hall", 2, 5, 21.0), ("loft", 1, 2, 30.0)]),

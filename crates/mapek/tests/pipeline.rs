@@ -7,7 +7,7 @@ use slate_mapek::{ActionKind, ActionRequest, Admission, Origin, Pipeline, PlanSt
 
 use common::{Drive, Swerve};
 
-/// A request that can be told from others by its number.
+/// Request with a distinct number.
 fn request(number: u32) -> ActionRequest {
     Drive::request((number.into(), 1.0))
 }
@@ -56,7 +56,7 @@ fn a_reflex_clears_the_plan_and_requests_a_new_one() {
 }
 
 #[test]
-fn what_was_planned_before_a_reflex_is_not_taken_after_it() {
+fn plans_before_a_reflex_are_dropped_after_it() {
     let mut pipeline = Pipeline::default();
     pipeline.reflex(request(7), 0, 0, |_| {});
     assert_eq!(pipeline.planned(request(1), 1, 0, PlanStep::APPEND, |_| {}), Admission::OldEpoch);

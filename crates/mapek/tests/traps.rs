@@ -68,7 +68,7 @@ fn polling_makes_the_reflex_as_slow_as_the_plan() {
 }
 
 #[test]
-fn the_analyze_result_reaches_nobody() {
+fn analyze_result_has_no_reader() {
     let mut monitor = Fixture::<MonitorBlock<NearMonitor>>::new();
     let mut analyze = Fixture::<AnalyzeBlock<WayIsFree>>::new();
     let mut plan = Fixture::<PlanBlock<Wanderer>>::new();
@@ -86,7 +86,7 @@ fn the_analyze_result_reaches_nobody() {
 }
 
 #[test]
-fn unsynchronised_reads() {
+fn unsynchronized_reads() {
     // A tick sees one snapshot: the writer's next value is only there in the next tick. That no other thread can
     // look at a port (`Observed`), and that none outlives its tick (`tests/attach`), is shown by what does not compile.
     let mut analyze = Fixture::<AnalyzeBlock<WayIsFree>>::new();

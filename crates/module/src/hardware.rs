@@ -47,7 +47,7 @@ pub struct HardwareDevice {
     pub interface: String,
     /// Number of its elements, such as 16 sonars of a ring.
     pub count: u32,
-    /// Mount in the robot's frame (`base_link`): x and y in metres, heading in radians.
+    /// Mount in the robot's frame (`base_link`): x and y in meters, heading in radians.
     pub mount: [f64; 3],
     /// Limits of the first number of its interface; `None` without limits.
     /// They are the least and the greatest value, and hold for all numbers with the same unit.

@@ -10,9 +10,9 @@
 //! /// A place and a heading in the plane, in the map frame.
 //! #[interface]
 //! pub struct Pose {
-//!     /// Metres.
+//!     /// Meters.
 //!     #[unit("m")] pub x: f64,
-//!     /// Metres.
+//!     /// Meters.
 //!     #[unit("m")] pub y: f64,
 //!     /// Radians, counter-clockwise.
 //!     #[unit("rad")] pub theta: f64,
@@ -22,7 +22,7 @@
 //! #[interface]
 //! #[derive(PartialEq)]
 //! pub struct Twist {
-//!     /// Metres per second, forward.
+//!     /// Meters per second, forward.
 //!     #[unit("m/s")] pub linear: f64,
 //!     /// Radians per second, counter-clockwise.
 //!     #[unit("rad/s")] pub angular: f64,

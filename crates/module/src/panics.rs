@@ -25,7 +25,7 @@ thread_local! {
 }
 
 /// Installs a panic hook that records locations.
-/// It passes panics that nobody catches here on to the hook before it.
+/// It passes panics that are not caught here on to the previous hook.
 pub(crate) fn record_locations() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -34,7 +34,7 @@ pub(crate) fn record_locations() {
         std::panic::set_hook(Box::new(move |panic| {
             let location = panic.location().map(|source| {
                 let mut location = PanicLocation { text: [0; 120], length: 0 };
-                // What doesn't fit is cut.
+                // The rest is cut.
                 let _ = write!(location, "{}:{}", source.file(), source.line());
                 location
             });

@@ -185,7 +185,7 @@ impl ModuleKind {
     /// A state that can't be encoded.
     ///
     /// # Safety
-    /// The instance is of this kind, lives, and nobody else uses it during the call.
+    /// The instance is of this kind, lives, and has no other user during the call.
     pub unsafe fn save(&self, instance: *const ()) -> Result<Vec<u8>, Refusal> {
         // SAFETY: passed on to the caller.
         call(|sink| unsafe { (self.table.save)(instance, sink) })

@@ -10,7 +10,7 @@ pub struct Setup<'a> {
     /// Period of the main loop, ns.
     pub period: u64,
     /// Configuration table named by [`Instance::SECTION`](crate::Instance::SECTION).
-    /// `None` if the module asks for none or it is missing.
+    /// `None` if the module requests none or it is missing.
     pub section: Option<&'a Value>,
     /// Value of the parameter interface, for a description with parameters.
     /// Only for a module that [describes hardware](crate::Module::DESCRIBES_HARDWARE).

@@ -381,12 +381,12 @@ unsafe extern "C" fn print(_: *const (), level: u32, text: *const u8, length: us
     eprintln!("[{level}] {}", String::from_utf8_lossy(text));
 }
 
-#[allow(clippy::panic, reason = "a test's mistake ends the test")]
+#[allow(clippy::panic, reason = "a test's error ends the test")]
 fn refused(refusal: &Refusal) -> ! {
     panic!("the module refuses its setup: {refusal}")
 }
 
-#[allow(clippy::panic, reason = "a test's mistake ends the test")]
+#[allow(clippy::panic, reason = "a test's error ends the test")]
 fn missing(port: &str, names: &str) -> ! {
     panic!("no port `{port}`; there are {names}")
 }

@@ -90,7 +90,7 @@ impl Tick {
         // A message that doesn't fit is truncated, which is no error.
         let _ = ControlFilter { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
         line.room = line.bytes.len();
-        // There is room, as the text left it.
+        // It has room, as the text left it.
         let _ = line.write_str(parts.as_str());
         // SAFETY: `new` requires the host to be valid, and the text lives until the call returns.
         unsafe { ((*self.host).log)((*self.host).context, level as u32, line.bytes.as_ptr(), line.length) }
@@ -101,7 +101,7 @@ impl Tick {
         self.log(Level::Info, message);
     }
 
-    /// Logs a problem with which the robot goes on.
+    /// Logs a problem with which the robot continues.
     pub fn warn(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Warn, message);
     }

@@ -161,7 +161,7 @@ fn compile(compiler: &str, language: &str, standard: &str) {
 
 #[test]
 fn c_and_cplusplus_agree_on_the_layout() {
-    // Rust links with `cc`, so that is everywhere. Where there is no compiler for C++, nobody can write a plugin in it.
+    // Rust links with `cc`, so that is everywhere. Without a C++ compiler no plugin can be written in C++.
     compile("cc", "c", "-std=c11");
     compile("cc", "c", "-std=c17");
     if Command::new("c++").arg("--version").output().is_ok() {

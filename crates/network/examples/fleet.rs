@@ -3,7 +3,7 @@
 //! limit is exceeded.
 //!
 //! `cargo run --release -p slate-network --features zenoh --example fleet`
-#![allow(missing_docs, reason = "nobody reads the interfaces of a measurement")]
+#![allow(missing_docs, reason = "the interfaces of a measurement need no documentation")]
 #![allow(clippy::disallowed_methods, reason = "a measurement goes by the machine's clock")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -213,7 +213,7 @@ fn measure() -> Result<bool, Failure> {
         }
         let count = processes * AGENTS;
         let started = observer.complete(count, began, START)?;
-        // What is declared at the start is no traffic of every second.
+        // Declarations at the start do not count as periodic traffic.
         std::thread::sleep(Duration::from_secs(5));
         let (before, busy) = (bytes(&agents)?, cpu(&routers)?);
         std::thread::sleep(WINDOW);

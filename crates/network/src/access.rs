@@ -236,7 +236,7 @@ fn allow_discovery(ingress: &mut MessageKeys, egress: &mut MessageKeys) {
 }
 
 /// Returns a key in Zenoh's canonical form of wildcards.
-/// `None` if it is no valid key, which then nobody may use.
+/// `None` if the key is not valid; it then has no rights.
 fn canonical(key: String) -> Option<String> {
     KeyExpr::autocanonize(key).ok().map(|key| key.as_str().to_owned())
 }

@@ -20,7 +20,7 @@ impl NetworkEndpoint {
     /// Reads an endpoint.
     ///
     /// # Errors
-    /// Reason why it is invalid, and advice.
+    /// Reason why it is invalid, and help.
     pub fn parse(text: &str) -> Result<Self, (String, &'static str)> {
         const HELP: &str = "an endpoint is a carrier, a host and a port, such as \"tcp/127.0.0.1:7447\"";
         let wrong = |reason: String| Err((reason, HELP));

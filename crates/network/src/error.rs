@@ -74,7 +74,7 @@ pub enum NetworkError {
 }
 
 impl NetworkError {
-    /// Returns the advice.
+    /// Returns the help.
     pub fn help(&self) -> &str {
         match self {
             Self::Listen { .. } => "take another port, or end the program that has it: ss -ltnup",
@@ -88,7 +88,7 @@ impl NetworkError {
         }
     }
 
-    /// Returns the error with file, line and advice.
+    /// Returns the error with file, line and help.
     /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help().to_owned());

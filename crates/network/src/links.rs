@@ -90,8 +90,8 @@ impl LinkWatch {
                 |link: &zenoh::session::Link| link.dst().address().as_str() == endpoint.address();
             if !links.iter().any(is_reached) {
                 let text = format!(
-                    "no link to `{endpoint}`: nobody listens there, or one end refuses the other's certificate; both need one \
-                     of the same authority that has not expired; it is tried again"
+                    "no link to `{endpoint}`: no agent listens there, or one end refuses the other's certificate; both need one \
+                     of the same authority that has not expired; the connection is retried"
                 );
                 self.shared.log(Level::Warn, &text);
             }

@@ -8,7 +8,7 @@ use zenoh::query::Query;
 
 /// Answers that go back as an error.
 pub struct QueryRefusal {
-    /// `refused`, or `full` when it may be asked again.
+    /// `refused`, or `full` when the request may be repeated.
     status: &'static str,
     reason: String,
     help: String,

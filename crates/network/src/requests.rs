@@ -400,7 +400,7 @@ impl Answerer {
 fn unwritten(property: &Property) -> QueryRefusal {
     QueryRefusal::new(
         format!("/{} has no value yet", property.path()),
-        "subscribe, and it comes with the first write",
+        "subscribe, and it arrives with the first write",
     )
 }
 

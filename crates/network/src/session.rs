@@ -127,7 +127,7 @@ fn certificates(security: &NetworkSecurity) -> Json {
         "connect_certificate": security.certificate.path,
         "connect_private_key": security.key.path,
         "enable_mtls": true,
-        // An agent is who its certificate says, at whatever address. Zenoh also takes certificates of public authorities here:
+        // The certificate names the agent, at any address. Zenoh also takes certificates of public authorities here:
         // these name hosts with a dot, which no agent has in its name, so access control lets them do nothing.
         "verify_name_on_connect": false,
         "close_link_on_expiration": true,

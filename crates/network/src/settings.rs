@@ -205,7 +205,8 @@ impl NetworkSettingsReader<'_> {
             self.add(place, message, "add team = true to [network], or take `team` of the agents away");
         }
         if settings.mode == NetworkMode::Router {
-            let help = "let a router of Zenoh pass on what others say, as the book describes, or write mode = \"peer\"";
+            let help =
+                "let a router of Zenoh forward discovery, as the book describes, or write mode = \"peer\"";
             self.add(place, "an agent with [network.security] passes on nothing of others", help);
         }
         if encrypted.is_none() {
@@ -215,8 +216,8 @@ impl NetworkSettingsReader<'_> {
         let clear = clear.map(|endpoint| (endpoint.text.as_str(), endpoint.place));
         let clear = clear.or_else(|| settings.multicast.then_some(("multicast", None)));
         if let (Some((endpoint, at)), None) = (clear, &security.unauthenticated) {
-            let message = format!("others at `{endpoint}` have no name, and nothing says what they may do");
-            let help = "say it: unauthenticated = { read = [\"**\"], send = [] } in [network.security]; or use `quic/`";
+            let message = format!("others at `{endpoint}` have no name, and no rule gives their rights");
+            let help = "add the rule: unauthenticated = { read = [\"**\"], send = [] } in [network.security]; or use `quic/`";
             self.add(at.unwrap_or(place), message, help);
         }
     }
@@ -303,7 +304,7 @@ impl NetworkSettingsReader<'_> {
                         "`{text}` speaks to other machines in clear text, where others read and forge values"
                     );
                     let help = format!(
-                        "use `quic/` with certificates; or if the network is trusted, say so: {{ endpoint = \"{text}\", \
+                        "use `quic/` with certificates; or if the network is trusted: {{ endpoint = \"{text}\", \
                          trusted = true }}; or stay on this machine: tcp/127.0.0.1"
                     );
                     self.add(item.span, message, &help);
@@ -337,7 +338,7 @@ impl NetworkSettingsReader<'_> {
                 "write trusted = true",
             );
         }
-        // What is wrong already needs no second message.
+        // An invalid setting needs no second message.
         value.as_bool().unwrap_or(true)
     }
 
@@ -360,7 +361,8 @@ impl NetworkSettingsReader<'_> {
         };
         if !trusted {
             let message = "multicast connects in clear text to machines that the file does not name";
-            let help = "if the network is trusted, say so: multicast = { trusted = true }; or name endpoints in `connect`";
+            let help =
+                "if the network is trusted: multicast = { trusted = true }; or name endpoints in `connect`";
             self.add(value.span, message, help);
         }
         trusted

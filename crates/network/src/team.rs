@@ -56,7 +56,7 @@ impl NetworkTeam {
         let peers = Arc::new(TeamPeers { shared: Arc::clone(shared), exchange, present: Mutex::default() });
         let (receiver, observer) = (Arc::clone(&peers), Arc::clone(&peers));
         let messages = session.declare_subscriber(team_key("*", agent));
-        let messages = messages.callback(move |sample| receiver.hear(&sample)).wait().map_err(refused)?;
+        let messages = messages.callback(move |sample| receiver.receive(&sample)).wait().map_err(refused)?;
         let tokens = session.liveliness().declare_subscriber(team_token_key("*")).history(true);
         let tokens = tokens.callback(move |sample| observer.note(&sample)).wait().map_err(refused)?;
         let sender = TeamSender { session: session.clone(), agent: agent.into() };
@@ -82,13 +82,13 @@ impl TeamPeers {
         self.shared.settings.is_team_peer(agent).then_some(agent)
     }
 
-    fn hear(&self, sample: &Sample) {
+    fn receive(&self, sample: &Sample) {
         let end = format!("@team/{}", self.shared.board().agent());
         if let Some(agent) = self.peer(sample.key_expr().as_str(), &end)
             && sample.kind() == SampleKind::Put
             && sample.payload().len() <= MAX_MESSAGE_SIZE
         {
-            self.exchange.hear(agent, sample.payload().to_bytes().into_owned());
+            self.exchange.receive(agent, sample.payload().to_bytes().into_owned());
         }
     }
 
@@ -112,7 +112,7 @@ impl TeamPeers {
 }
 
 impl TeamCarrier for TeamSender {
-    fn tell(&self, robot: &str, message: &[u8]) -> bool {
+    fn send(&self, robot: &str, message: &[u8]) -> bool {
         // Everything else precedes it, and a full link drops it.
         let put = self.session.put(team_key(&self.agent, robot), message.to_vec());
         let put = put.encoding(Encoding::APPLICATION_OCTET_STREAM).priority(Priority::DataLow);

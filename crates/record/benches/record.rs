@@ -102,7 +102,7 @@ fn report(name: &str, mut times: Vec<u64>) {
     times.sort_unstable();
     let at = |part: f64| times[((times.len() - 1) as f64 * part) as usize] as f64 * 1e-3;
     let interrupted = times.iter().rev().take_while(|time| **time > INTERRUPTED).count();
-    // The machine interrupts a longer cycle more often; who adds interruptions of its own makes the rate grow.
+    // The machine interrupts a longer cycle more often; own interruptions increase the rate.
     let within: u64 = times[..times.len() - interrupted].iter().sum();
     println!(
         "{name:<44} p50 {:7.2} us  p99 {:7.2} us  p99.9 {:7.2} us  max {:8.1} us  ({} samples, {} interrupted in a second of cycles)",

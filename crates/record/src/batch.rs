@@ -40,11 +40,11 @@ pub struct Batch {
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
     pub success_interval: [f64; 2],
-    /// Collisions of the robot, and its distance travelled.
+    /// Collisions of the robot, and its distance traveled.
     #[serde(flatten)]
     pub collisions: Collisions,
     /// Success weighted by path length (SPL), at most 1.
-    /// The mean over all runs of 0 for a failure, and otherwise of the shortest path's length divided by the travelled
+    /// The mean over all runs of 0 for a failure, and otherwise of the shortest path's length divided by the traveled
     /// length. `None` if no run has a shortest path.
     pub spl: Option<f64>,
     /// Seeds of the runs that did not do their task or caused a collision, ascending.
@@ -58,9 +58,9 @@ pub struct Batch {
     /// Time to the last goal over the runs that reached it, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_to_goal_s: Option<Spread>,
-    /// Length of the ways, metres.
+    /// Length of the ways, meters.
     pub path_length_m: Option<Spread>,
-    /// Smallest distances to anything, metres, over the runs with any object.
+    /// Smallest distances to anything, meters, over the runs with any object.
     pub min_clearance_m: Option<Spread>,
     /// Route switches per run.
     pub route_switches: Option<Spread>,
@@ -71,7 +71,7 @@ pub struct Batch {
     pub figures: BTreeMap<String, Spread>,
     /// Statistics of further robots, by name: [`Summary::robots`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub robots: BTreeMap<String, Companion>,
+    pub robots: BTreeMap<String, RobotStatistics>,
     /// The units of figures, by name; none for pure numbers.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub units: BTreeMap<String, String>,
@@ -86,17 +86,17 @@ pub struct Collisions {
     pub collisions: u64,
     /// Contacts where the robot was the one moving in.
     pub collisions_caused: u64,
-    /// The latter per kilometre.
+    /// The latter per kilometer.
     pub collisions_caused_per_km: Option<f64>,
     /// Upper bound of the rate of caused collisions, 1/km, at 95 % confidence.
-    /// The exact bound for independent events (Poisson). Without a collision it is about 3 divided by the kilometres.
+    /// The exact bound for independent events (Poisson). Without a collision it is about 3 divided by the kilometers.
     pub collisions_caused_per_km_bound: Option<f64>,
 }
 
 /// The statistics of a further robot that was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Companion {
-    /// Collisions and distance travelled.
+pub struct RobotStatistics {
+    /// Collisions and distance traveled.
     #[serde(flatten)]
     pub collisions: Collisions,
     /// Figures over the runs that have them.
@@ -118,7 +118,7 @@ impl Collisions {
     }
 }
 
-impl Companion {
+impl RobotStatistics {
     /// Returns the statistics of the runs with that robot.
     fn of(runs: &[&BTreeMap<String, f64>]) -> Self {
         let count = |name: &str| values(runs, name).map(|value| value as u64).sum();
@@ -197,7 +197,7 @@ impl Batch {
             summaries.iter().flat_map(|summary| summary.robots.keys()).collect();
         let companion = |name: &String| {
             let runs: Vec<_> = summaries.iter().filter_map(|summary| summary.robots.get(name)).collect();
-            (name.clone(), Companion::of(&runs))
+            (name.clone(), RobotStatistics::of(&runs))
         };
         let spread = |figure: fn(&Summary) -> f64| Spread::of(summaries.iter().map(figure));
         let lengths = || summaries.iter().filter_map(|summary| summary.path_length_m);
@@ -238,12 +238,12 @@ impl Batch {
         }
     }
 
-    /// Returns the statistics of a batch of `asked` runs.
+    /// Returns the statistics of a batch of `requested` runs.
     /// It was interrupted if it has fewer runs.
     #[must_use]
-    pub fn out_of(mut self, asked: u64) -> Batch {
-        self.interrupted = self.runs < asked;
-        self.runs_asked = self.interrupted.then_some(asked);
+    pub fn out_of(mut self, requested: u64) -> Batch {
+        self.interrupted = self.runs < requested;
+        self.runs_asked = self.interrupted.then_some(requested);
         self
     }
 

@@ -28,7 +28,7 @@ mod storage;
 mod summary;
 mod trajectory;
 
-pub use batch::{Batch, Collisions, Companion, Spread};
+pub use batch::{Batch, Collisions, RobotStatistics, Spread};
 pub use error::Error;
 pub use recorder::{
     CONFIGURATION, RecordError, RecordState, Recorded, Recorder, UnmatchedPattern, unmatched_patterns,

@@ -27,8 +27,8 @@ pub(crate) struct Drawing<'a> {
     pub trajectory: &'a Trajectory,
 }
 
-/// Returns the colour of a route: red or blue, as in the paper.
-/// The tones are distinct for people with any common colour blindness.
+/// Returns the color of a route: red or blue, as in the paper.
+/// The tones are distinct for people with any common color blindness.
 fn color(route: Option<Route>) -> RGBColor {
     match route {
         Some(Route::Deliberative) => RGBColor(204, 51, 17),
@@ -37,7 +37,7 @@ fn color(route: Option<Route>) -> RGBColor {
     }
 }
 
-/// Assigns a colour to each robot, the same in all plots.
+/// Assigns a color to each robot, the same in all plots.
 /// Scripted robots are black and grey.
 fn palette<'a>(report: &Drawing<'a>) -> BTreeMap<&'a str, RGBColor> {
     const CONTROLLED: [RGBColor; 5] = [
@@ -62,8 +62,8 @@ fn has_route(samples: &[&Sample], route: Option<Route>) -> bool {
 
 /// Returns true if a coordinate can be drawn.
 /// It must be finite, and not so far out that nothing else remains visible.
-fn drawable(metres: f64) -> bool {
-    metres.abs() <= 1e6
+fn drawable(meters: f64) -> bool {
+    meters.abs() <= 1e6
 }
 
 /// The smallest interval that contains all included numbers.

@@ -54,7 +54,7 @@ impl Report<'_> {
     }
 
     /// Draws the run as an animation that repeats for ever, at most 20 s long.
-    /// Longer runs play faster. Trails and robots have the colour of the route that commands them.
+    /// Longer runs play faster. Trails and robots have the color of the route that commands them.
     ///
     /// # Errors
     /// If the picture cannot be drawn.

@@ -22,7 +22,7 @@ pub struct RocsLog {
 const HEADER: &str = "X, Y, T, Action";
 /// Time between two lines, nanoseconds.
 const SAMPLE_PERIOD: u64 = 50_000_000;
-/// Maximum distance between consecutive lines, metres.
+/// Maximum distance between consecutive lines, meters.
 /// A line farther away is torn.
 const MAX_STEP: f64 = 0.3;
 /// Number of consecutive lines elsewhere that mean a relocated robot.

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 /// World at the start of a run, drawn alone and behind the trajectories.
-/// Metres, x forward, y left.
+/// Meters, x forward, y left.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Minimum shown area of the world; it grows to contain all that is drawn.
@@ -22,9 +22,9 @@ pub struct Scene {
 /// A rectangle along the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bounds {
-    /// Smallest x and y, metres.
+    /// Smallest x and y, meters.
     pub minimum: [f64; 2],
-    /// Largest x and y, metres.
+    /// Largest x and y, meters.
     pub maximum: [f64; 2],
 }
 
@@ -33,7 +33,7 @@ pub struct Bounds {
 pub struct Polygon {
     /// Shown where it fits into the polygon.
     pub name: String,
-    /// Corners in order as x and y, metres; the last is joined to the first.
+    /// Corners in order as x and y, meters; the last is joined to the first.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -42,9 +42,9 @@ pub struct Polygon {
 pub struct Circle {
     /// Shown where it fits into the circle.
     pub name: String,
-    /// Centre as x and y, metres.
+    /// Center as x and y, meters.
     pub center: [f64; 2],
-    /// Radius, metres.
+    /// Radius, meters.
     pub radius: f64,
 }
 
@@ -53,9 +53,9 @@ pub struct Circle {
 pub struct Goal {
     /// Name shown beside the goal.
     pub label: String,
-    /// Centre, x, metres.
+    /// Center, x, meters.
     pub x: f64,
-    /// Centre, y, metres.
+    /// Center, y, meters.
     pub y: f64,
 }
 
@@ -64,13 +64,13 @@ pub struct Goal {
 pub struct Robot {
     /// Name shown beside the robot.
     pub name: String,
-    /// Position, x, metres.
+    /// Position, x, meters.
     pub x: f64,
-    /// Position, y, metres.
+    /// Position, y, meters.
     pub y: f64,
     /// Radians, counter-clockwise from the x axis.
     pub theta: f64,
-    /// Corners of the body in order, in the robot's frame; metres.
+    /// Corners of the body in order, in the robot's frame; meters.
     pub outline: Vec<[f64; 2]>,
     /// Opposite corners of each wheel, in the same frame.
     pub wheels: Vec<[[f64; 2]; 2]>,
@@ -89,14 +89,14 @@ impl Robot {
 /// Cone of a range sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cone {
-    /// Position of the sensor, x, metres.
+    /// Position of the sensor, x, meters.
     pub x: f64,
-    /// Position of the sensor, y, metres.
+    /// Position of the sensor, y, meters.
     pub y: f64,
     /// Middle of the cone, radians counter-clockwise from the front.
     pub direction: f64,
     /// The full angle, radians.
     pub opening: f64,
-    /// Maximum range, metres.
+    /// Maximum range, meters.
     pub range: f64,
 }

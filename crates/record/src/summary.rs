@@ -71,10 +71,10 @@ pub struct Summary {
     /// Time at which the robot reached its last goal, seconds; `None` if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_to_goal_s: Option<f64>,
-    /// Length of the robot's path, metres; none of a run without a judge.
+    /// Length of the robot's path, meters; none of a run without a judge.
     #[serde(default)]
     pub path_length_m: Option<f64>,
-    /// Length of the shortest path without collision from start to goal, metres.
+    /// Length of the shortest path without collision from start to goal, meters.
     /// `None` for a run without a judge.
     #[serde(default)]
     pub shortest_path_m: Option<f64>,
@@ -82,7 +82,7 @@ pub struct Summary {
     pub collisions: u64,
     /// Contacts where the robot was the one moving in.
     pub collisions_caused: u64,
-    /// Smallest distance of the robot to anything, metres.
+    /// Smallest distance of the robot to anything, meters.
     /// `None` in an empty world.
     pub min_clearance_m: Option<f64>,
     /// Number of changes of the active route between deliberative and reactive.
@@ -155,7 +155,7 @@ impl Summary {
             }
             let caused = self.collisions_caused;
             row("collisions", format!("{}  (caused by the robot: {caused})", self.collisions));
-            let clearance = self.min_clearance_m.map(|metres| format!("{metres:.3} m"));
+            let clearance = self.min_clearance_m.map(|meters| format!("{meters:.3} m"));
             row("least clearance", clearance.unwrap_or_else(|| "no obstacle".to_owned()));
         }
         if self.path_length_m.is_some() || self.route_switches + self.reflexes > 0 {

@@ -38,9 +38,9 @@ pub struct Sample {
     pub time: u64,
     /// Name of the robot.
     pub robot: String,
-    /// Position, x, metres.
+    /// Position, x, meters.
     pub x: f64,
-    /// Position, y, metres.
+    /// Position, y, meters.
     pub y: f64,
     /// Radians, counter-clockwise from the x axis.
     pub theta: f64,

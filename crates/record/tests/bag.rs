@@ -186,7 +186,7 @@ fn chunk_ends(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_whole_file_is_read_as_it_was_written_whoever_wrote_it() {
+fn whole_file_of_any_writer_is_read_as_written() {
     for (name, bytes) in references() {
         assert_eq!(whole(&bytes, name), originals(), "{name}");
         let info = checked(&bytes).unwrap();
@@ -277,7 +277,7 @@ fn a_cut_file_is_read_to_its_last_whole_record_on_request() {
 }
 
 #[test]
-fn what_is_damaged_is_not_taken_for_cut_off() {
+fn damage_differs_from_truncation() {
     for (name, bytes) in references() {
         for place in 0..bytes.len() {
             // One bit of each byte, another one from byte to byte.
@@ -415,7 +415,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn what_is_written_is_read(
+    fn written_values_are_read_back(
         messages in prop::collection::vec((0..4_u16, any::<u64>(), prop::collection::vec(any::<u8>(), 0..200)), 0..60),
         is_compressed in any::<bool>(),
         closed in prop::collection::vec(any::<bool>(), 60),
@@ -468,7 +468,7 @@ proptest! {
         let (messages, error) = read(&bytes);
         prop_assert!(error.is_some() || (messages == originals() && bytes == whole_file));
         let (messages, _, error) = read_unfinished(&bytes);
-        // Without chunks, no checksum tells of a part of a file whether it is right.
+        // Without chunks, no checksum reports a part of a file whether it is right.
         prop_assert!(error.is_some() || which == 3 || messages == originals()[..messages.len()]);
         let mut out = Vec::new();
         if repair_into(Cursor::new(&bytes), &mut out).is_ok() {

@@ -65,7 +65,7 @@ fn missions_without_a_shortest_way_have_no_spl() {
 }
 
 #[test]
-fn collisions_are_counted_per_kilometre_of_way() {
+fn collisions_are_counted_per_kilometer_of_way() {
     let run = |collisions, collisions_caused, length| Summary {
         collisions,
         collisions_caused,
@@ -80,7 +80,7 @@ fn collisions_are_counted_per_kilometre_of_way() {
 }
 
 #[test]
-fn collisions_per_kilometre_have_the_bound_of_poisson() {
+fn collisions_per_kilometer_have_the_bound_of_poisson() {
     // Half the critical values of the chi-squared distribution, upper tail 0.05, at 2 (n + 1) degrees of freedom: NIST
     // Engineering Statistics Handbook, table 1.3.6.7.4.
     for (collisions_caused, chi_squared) in [
@@ -150,7 +150,7 @@ fn no_runs_have_no_figures() {
 }
 
 #[test]
-fn conditions_that_differ_are_told() {
+fn different_conditions_are_reported() {
     let mut other = summary(2);
     other.conditions.insert("noise".to_owned(), "real".to_owned());
     let batch = Batch::of(&[summary(1), other]);

@@ -102,7 +102,7 @@ fn written(path: &Path, known: &Known, out: &Path) -> (BTreeMap<String, usize>, 
 const HOSTILE: &str = r#"</td><script>alert(1)</script><img src=x onerror='a()'>"&\u0007\u202e]]>"#;
 
 #[test]
-fn what_comes_from_a_file_is_never_markup() {
+fn text_of_files_is_never_markup() {
     let folder = folder("hostile");
     let name = "</title><script>x</script>";
     let mut file = File::new();
@@ -175,7 +175,7 @@ fn a_page_shows_decisions_timing_faults_changes_and_gaps() {
     }
     let state = |condition: u32, panics: u32| format!(r#"{{"condition":{condition},"panics":{panics}}}"#);
     file.json("/r2/eye/state", 4 * SECOND, "slate_msgs/msg/ModuleState", &state(5, 2));
-    // One thing for all who stop at once, and one that goes on.
+    // One row for all that stop at once, and one that continues.
     for module in 1..=17 {
         file.json(&format!("/r3/m{module}/state"), 4 * SECOND, "slate_msgs/msg/ModuleState", &state(6, 0));
     }
@@ -295,7 +295,7 @@ fn a_log_of_another_system_has_its_paths_and_lacks_its_gaps() {
 }
 
 #[test]
-fn what_is_no_run_is_refused_with_what_to_do() {
+fn folder_without_run_is_refused_with_remedy() {
     let folder = folder("refused");
     let refused = |path: &Path, words: &str| {
         let out = folder.join("out");
@@ -354,7 +354,7 @@ fn the_page_of_a_folder_is_that_of_its_run_and_names_others() {
     // What triggers have saved is not the run, and no reason to tell nothing.
     std::fs::remove_file(folder.join("run.mcap")).unwrap();
     let (_, text, _) = written(&folder, &Known::default(), &folder.join("saved"));
-    let words = "It has recordings, which are told when they are named: flight-fault-1.mcap, run-1.mcap.";
+    let words = "It has recordings, which are reported when they are named: flight-fault-1.mcap, run-1.mcap.";
     assert!(text.contains(words) && text.contains("r3: collisions caused|0|"), "{text}");
     let table = std::fs::read_to_string(folder.join("out/summary.csv")).unwrap();
     assert!(table.contains("\nr3: minimum clearance,0.227 m\n"), "{table}");

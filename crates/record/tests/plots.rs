@@ -76,7 +76,7 @@ fn each_change_of_the_route_has_a_square() {
 }
 
 #[test]
-fn scripted_robots_are_black_and_others_coloured_by_route() {
+fn scripted_robots_are_black_and_others_colored_by_route() {
     let mut run = trajectory(&[DELIBERATIVE, DELIBERATIVE, REACTIVE, REACTIVE]);
     run.samples.extend((0..5).map(|step| sample(step * 100, "R1", step as f64 * 0.2, -1.0, None, "")));
     let [map, _] = plots(&scene(), &run);
@@ -138,10 +138,10 @@ fn the_scene_shows_the_robots_as_they_stand() {
     };
     // Cones first, then the box, then of each robot its ground, its body, two wheels and an arrow.
     let [cone, other_cone, obstacle] = [0, 1, 2].map(|index| &polygons[index]);
-    let metre = size(obstacle).0;
+    let meter = size(obstacle).0;
     let (body, other) = (&polygons[3], &polygons[8]);
     assert_eq!(polygons.len(), 13);
-    let is_near = |pixels: i32, metres: f64| (f64::from(pixels) - metres * f64::from(metre)).abs() < 3.0;
+    let is_near = |pixels: i32, meters: f64| (f64::from(pixels) - meters * f64::from(meter)).abs() < 3.0;
     assert!(is_near(size(body).0, 0.4) && is_near(size(body).1, 0.2), "{:?}", size(body));
     assert!(is_near(size(other).0, 0.2) && is_near(size(other).1, 0.4), "one that heads north");
     let box_begins = span(|point| point.0, obstacle).0;

@@ -74,7 +74,7 @@ fn a_file_that_cannot_be_replaced_is_named_and_left_whole() {
 /// Every write to `/dev/full` fails like one to a full disk.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told_and_the_report_that_was_there_stays() {
+fn full_disk_is_reported_and_earlier_report_stays() {
     let directory = place("full");
     write(&summary(1), &directory).unwrap();
     let before = fs::read(directory.join("trajectory.svg")).unwrap();

@@ -47,7 +47,7 @@ pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
                 (
                     format!("`{url}` has an unknown scheme"),
                     format!(
-                        "there are {} and slate://, and a property of this agent is module/property",
+                        "available: {} and slate://; a property of this agent is module/property",
                         known.join(", ")
                     ),
                 )

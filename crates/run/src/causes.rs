@@ -107,7 +107,7 @@ impl<'a> EndOfRun<'a> {
                 for sensor in sensors {
                     let name = sensor.get("name").and_then(Value::as_str).unwrap_or_default();
                     listed.insert(name.to_owned());
-                    // An old model knows nothing of now, and of a lost robot each sensor is told below.
+                    // An old model says nothing of the present, and a lost robot's sensors are listed below.
                     if let Some(condition) = self.condition_of(robot, sensor).filter(|_| !is_old && !is_lost)
                     {
                         let source = self.sensors_of(knowledge).find(|(input, _)| *input == name);
@@ -184,7 +184,7 @@ impl<'a> EndOfRun<'a> {
             let input = link.to.strip_prefix(knowledge)?.strip_prefix('/')?;
             let source = link.from.trim_start_matches('/');
             let (property, _) = self.board.find(source).ok()?;
-            // What its maker tells of a sensor is no measurement, and exact sensors have none of it.
+            // A data sheet is no measurement, and exact sensors have none.
             let is_measured = property.descriptor().hash != SensorAccuracy::DESCRIPTOR.hash;
             (property.part() == "sensor" && is_measured).then_some((input, source))
         })

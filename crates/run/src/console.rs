@@ -48,7 +48,7 @@ mod built_in {
             Ok(Self { settings: Settings::of(configuration)?, is_named })
         }
 
-        /// Opens the console if the run is watched or its configuration asks for it.
+        /// Opens the console if the run is watched or its configuration requests it.
         pub fn open(
             &self,
             mission: &MissionRun,
@@ -74,7 +74,7 @@ mod built_in {
                     Ok(Some(RunConsole { console, _trails: trails }))
                 }
                 Err(error) if self.is_named => Err(error.into()),
-                // A run that nobody has asked it of goes on without.
+                // A run without `--console` continues without it.
                 Err(error) => {
                     eprintln!("{error}");
                     Ok(None)
@@ -111,7 +111,7 @@ mod built_in {
         pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
             let Some(table) = configuration.value("console") else { return Ok(Self) };
             let help = "build it with the feature `console`, or take the table away";
-            let message = slate_runtime::Mistake::Feature.of("this program is built without a console");
+            let message = slate_runtime::ErrorCode::Feature.of("this program is built without a console");
             Err(RunError::Configuration(
                 configuration.diagnostic(table.span, message, Some(help.into())).into(),
             ))

@@ -71,7 +71,7 @@ mod built_in {
         let help =
             "build it with the feature `dds`: cargo build --release --features dds; or take the table away";
         let message =
-            slate_runtime::Mistake::Feature.of("this program is built without DDS, which [dds] needs");
+            slate_runtime::ErrorCode::Feature.of("this program is built without DDS, which [dds] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

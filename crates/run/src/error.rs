@@ -6,7 +6,7 @@ use slate_mapek::RobotErrors;
 use slate_runtime::configuration::Report;
 use slate_runtime::memory::MemoryError;
 use slate_runtime::snapshot::SnapshotError;
-use slate_runtime::{Mistake, StartError};
+use slate_runtime::{ErrorCode, StartError};
 
 use crate::PrintedError;
 
@@ -93,7 +93,7 @@ impl RunError {
     /// Exit code of a run that fails.
     pub const EXIT: u8 = 2;
 
-    /// Returns the advice, if any.
+    /// Returns the help, if any.
     pub fn help(&self) -> Option<String> {
         Some(match self {
             Self::Start(error) => error.help()?.to_string(),
@@ -113,21 +113,21 @@ impl RunError {
         })
     }
 
-    /// Returns the kind of mistake that `slate explain` describes, if it has one.
-    pub fn mistake(&self) -> Option<Mistake> {
+    /// Returns the error code that `slate explain` describes, if it has one.
+    pub fn error_code(&self) -> Option<ErrorCode> {
         match self {
-            Self::Configuration(report) => report.mistake(),
+            Self::Configuration(report) => report.error_code(),
             _ => None,
         }
     }
 
-    /// Prints the error to stderr: message, place and advice.
+    /// Prints the error to stderr: message, place and help.
     pub fn print(&self) {
         let report = match self {
             Self::Configuration(report) => Some(report),
             _ => None,
         };
-        let (message, help, mistake) = (self.to_string(), self.help(), self.mistake());
-        PrintedError { message, help, mistake, exit: Self::EXIT, report }.print();
+        let (message, help, error_code) = (self.to_string(), self.help(), self.error_code());
+        PrintedError { message, help, error_code, exit: Self::EXIT, report }.print();
     }
 }

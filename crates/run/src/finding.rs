@@ -1,7 +1,7 @@
 //! Findings about a configuration, as JSON shows them.
 
 use serde::Serialize;
-use slate_runtime::Mistake;
+use slate_runtime::ErrorCode;
 use slate_runtime::configuration::Diagnostic;
 
 /// Error or a warning about a configuration.
@@ -26,7 +26,7 @@ impl ConfigurationFinding {
     pub fn new(severity: &'static str, diagnostic: &Diagnostic) -> Self {
         Self {
             severity,
-            code: diagnostic.mistake().map_or("", Mistake::code),
+            code: diagnostic.error_code().map_or("", ErrorCode::code),
             message: diagnostic.message().into(),
             help: diagnostic.help_text().map(String::from),
             file: diagnostic.source_name().map(String::from),

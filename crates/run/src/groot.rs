@@ -1,4 +1,4 @@
-//! Publication of a run's behaviour trees to monitors.
+//! Publication of a run's behavior trees to monitors.
 
 use slate_runtime::configuration::{Configuration, Report};
 use slate_runtime::{Agent, ExternalPorts};
@@ -55,7 +55,7 @@ mod built_in {
         let Some(table) = configuration.value("groot") else { return Ok(()) };
         let help = "build it with the feature `groot`: cargo build --release --features groot; or take the table away";
         let message =
-            slate_runtime::Mistake::Feature.of("this program is built without Groot, which [groot] needs");
+            slate_runtime::ErrorCode::Feature.of("this program is built without Groot, which [groot] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

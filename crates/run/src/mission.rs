@@ -100,7 +100,7 @@ pub struct MissionRun {
 }
 
 impl MissionRun {
-    /// Loads an application; on a mistake nothing is started.
+    /// Loads an application; on an error nothing is started.
     pub fn load(application: Application, mission: MissionOptions) -> Result<Self, RunError> {
         let configuration = &application.configuration;
         let recorder = mission.follows.then(|| Recorder::on_demand(configuration.record()));
@@ -129,7 +129,7 @@ impl MissionRun {
         let scene = scene::of(&application.configuration)?;
         let course = RunHistory::new(&application.name, memories(&agent));
         course.note_variants(&application.configuration, 0);
-        agent.composer().keep(run_history::SNAPSHOT_KEY, Arc::new(course.clone()));
+        agent.composer().add_application_state(run_history::SNAPSHOT_KEY, Arc::new(course.clone()));
         if let Some(recorder) = &recorder {
             recorder.note_content(&agent);
         }
@@ -147,7 +147,7 @@ impl MissionRun {
         })
     }
 
-    /// Begins to record, if the configuration asks for it, and lets tools record.
+    /// Begins to record, if the configuration requests it, and lets tools record.
     /// Recordings without a file of their own go into that folder.
     pub fn record(&self, folder: &Path) {
         if let Some(recorder) = &self.recorder {
@@ -264,7 +264,7 @@ impl MissionRun {
     }
 
     /// Runs until the verdict.
-    #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
+    #[allow(clippy::disallowed_methods, reason = "a summary has the duration on the wall clock")]
     pub fn run(mut self) -> Result<Finished, RunError> {
         let start = Instant::now();
         let (subscription, mut note_variants) = self.follow_variants()?;
@@ -303,7 +303,7 @@ impl MissionRun {
         let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);
         let mut robots: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
         for metrics in judged {
-            // What another judge measures of the same robot is one more figure of it.
+            // Another referee's measurement of the same robot is a further figure.
             match metrics.robot == first {
                 true => figures.extend(metrics.figures),
                 false => robots.entry(metrics.robot).or_default().extend(metrics.figures),

@@ -14,7 +14,7 @@ pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkS
     match table {
         Some(table) => {
             let help = "build it with the feature `zenoh`: cargo build --release --features zenoh; or take the table away";
-            let message = slate_runtime::Mistake::Feature
+            let message = slate_runtime::ErrorCode::Feature
                 .of("this program is built without Zenoh, which [network] needs");
             Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
         }

@@ -8,7 +8,7 @@ use slate_blackboard::interface::{Field, Value, View};
 use slate_blackboard::{Property, is_within};
 use slate_record::{Outcome, Route, Sample};
 use slate_runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
-use slate_runtime::{Message, Mistake, PropertyFacts, PropertyIndex};
+use slate_runtime::{ErrorCode, Message, PropertyFacts, PropertyIndex};
 
 use crate::RunError;
 
@@ -103,15 +103,15 @@ pub struct RobotNow {
 
 /// Returns errors for unknown keys in `[report]`.
 fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
-    let mut complaints = Vec::new();
+    let mut diagnostics = Vec::new();
     let mut check = |place: &str, table: &Table, known: &[&str]| {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            let message = Mistake::Key.of(format!("unknown key `{name}` in [{place}]"));
+            let message = ErrorCode::Key.of(format!("unknown key `{name}` in [{place}]"));
             let help = format!("known are {}", known.join(", "));
-            complaints.push(configuration.diagnostic(entry.key, message, Some(help)));
+            diagnostics.push(configuration.diagnostic(entry.key, message, Some(help)));
         }
     };
-    let Some(report) = configuration.table("report") else { return complaints };
+    let Some(report) = configuration.table("report") else { return diagnostics };
     check("report", report, &["bodies", "robots", "metrics", "speed"]);
     let robots = report.get("robots").and_then(|robots| robots.as_table());
     for (name, entry) in robots.into_iter().flat_map(Table::iter) {
@@ -119,7 +119,7 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
             check(&format!("report.robots.{name}"), robot, &["pose", "status", "clearance"]);
         }
     }
-    complaints
+    diagnostics
 }
 
 impl<P: PropertyFacts> Observation<P> {
@@ -128,18 +128,18 @@ impl<P: PropertyFacts> Observation<P> {
         configuration: &Configuration,
         index: &impl PropertyIndex<Property = P>,
     ) -> Result<Self, RunError> {
-        let mut complaints = unknown_keys(configuration);
+        let mut diagnostics = unknown_keys(configuration);
         let mut robots = Vec::new();
         let mut find_at = |spanned: &Spanned<Setting>| {
             let text = spanned.value.as_str().unwrap_or_default();
             if text.starts_with("slate://") {
-                // What another agent has is in the report of that one.
+                // Another agent's properties are in its own report.
                 return None;
             }
             match index.find(text.trim_start_matches('/')) {
                 Ok(found) => Some(found),
                 Err(error) => {
-                    complaints.push(configuration.diagnostic(spanned.span, Message::from(&error), None));
+                    diagnostics.push(configuration.diagnostic(spanned.span, Message::from(&error), None));
                     None
                 }
             }
@@ -181,16 +181,16 @@ impl<P: PropertyFacts> Observation<P> {
                 Some((property, field))
             });
             if field.is_none() {
-                let message = Mistake::Name.of(format!("unknown field `{text}`"));
+                let message = ErrorCode::Name.of(format!("unknown field `{text}`"));
                 let help = "name a field of parameters, such as \"/planner/params/max_linear_velocity\"";
-                complaints.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
+                diagnostics.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
             }
             field
         });
-        if complaints.is_empty() {
+        if diagnostics.is_empty() {
             Ok(Self { robots, judged, verdict, speed })
         } else {
-            Err(RunError::Configuration(complaints.into()))
+            Err(RunError::Configuration(diagnostics.into()))
         }
     }
 }
@@ -284,7 +284,7 @@ impl Judged<Arc<Property>> {
         let mut metrics =
             JudgeMetrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
         for Field { name, unit, .. } in self.metrics.descriptor().fields {
-            // What does not apply is no number.
+            // A figure that does not apply is NaN.
             let number = measured.get(name).and_then(Value::as_f64).filter(|number| number.is_finite());
             let Some(number) = number else { continue };
             metrics.figures.insert((*name).to_owned(), number);

@@ -52,30 +52,30 @@ pub fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
-/// Use of colours in the output.
+/// Use of colors in the output.
 #[allow(missing_docs, reason = "a comment here would become help of the command")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Colour {
+pub enum ColorChoice {
     Auto,
     Always,
     Never,
 }
 
-/// Colour option.
-static COLOUR: OnceLock<Colour> = OnceLock::new();
+/// Color option.
+static COLOR: OnceLock<ColorChoice> = OnceLock::new();
 
-/// Decides on colours, once.
-pub fn set_colour(colour: Colour) {
-    // Whoever was first is this program, too.
-    let _ = COLOUR.set(colour);
+/// Decides on colors, once.
+pub fn set_color(color: ColorChoice) {
+    // The first user is this program, too.
+    let _ = COLOR.set(color);
 }
 
-/// Returns whether a stream may have colours.
-pub fn has_colour(stream: &impl IsTerminal) -> bool {
-    match COLOUR.get() {
-        Some(Colour::Always) => return true,
-        Some(Colour::Never) => return false,
-        Some(Colour::Auto) | None => {}
+/// Returns whether a stream may have colors.
+pub fn has_color(stream: &impl IsTerminal) -> bool {
+    match COLOR.get() {
+        Some(ColorChoice::Always) => return true,
+        Some(ColorChoice::Never) => return false,
+        Some(ColorChoice::Auto) | None => {}
     }
     let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     let is_forced = variable("CLICOLOR_FORCE").is_some_and(|value| value != "0");

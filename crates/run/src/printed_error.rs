@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 
 use serde_json::{Value, json};
-use slate_runtime::Mistake;
+use slate_runtime::ErrorCode;
 use slate_runtime::configuration::Report;
 
 use crate::finding::ConfigurationFinding;
@@ -15,8 +15,8 @@ pub struct PrintedError<'a> {
     pub message: String,
     /// Advice; may be empty.
     pub help: Option<String>,
-    /// Kind of mistake, which `slate explain` describes.
-    pub mistake: Option<Mistake>,
+    /// Error code, which `slate explain` describes.
+    pub error_code: Option<ErrorCode>,
     /// Exit code of the program.
     pub exit: u8,
     /// Errors of a configuration, which are printed in place of the message.
@@ -24,20 +24,20 @@ pub struct PrintedError<'a> {
 }
 
 impl PrintedError<'_> {
-    /// Prints the error to stderr: message, place and advice.
+    /// Prints the error to stderr: message, place and help.
     pub fn print(&self) {
         if output::is_json() {
             return eprintln!("{}", self.document());
         }
         if let Some(report) = self.report {
-            return eprint!("{}", report.render(output::has_colour(&std::io::stderr())));
+            return eprint!("{}", report.render(output::has_color(&std::io::stderr())));
         }
         eprintln!("error: {}", output::harmless(&self.message));
         if let Some(help) = self.help.as_ref().filter(|help| !help.is_empty()) {
             eprintln!("  help: {}", output::harmless(help));
         }
-        if let Some(mistake) = self.mistake.filter(|_| std::io::stderr().is_terminal()) {
-            eprintln!("  more: slate explain {}", mistake.code());
+        if let Some(error_code) = self.error_code.filter(|_| std::io::stderr().is_terminal()) {
+            eprintln!("  more: slate explain {}", error_code.code());
         }
     }
 
@@ -51,7 +51,7 @@ impl PrintedError<'_> {
             None => self.help.clone(),
         };
         json!({
-            "schema": "slate.error/1", "code": self.mistake.map(Mistake::code), "message": self.message,
+            "schema": "slate.error/1", "code": self.error_code.map(ErrorCode::code), "message": self.message,
             "help": help.filter(|help| !help.is_empty()), "exit": self.exit, "findings": findings,
         })
     }

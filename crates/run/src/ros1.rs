@@ -71,7 +71,7 @@ mod built_in {
         let help =
             "build it with the feature `ros1`: cargo build --release --features ros1; or take the table away";
         let message =
-            slate_runtime::Mistake::Feature.of("this program is built without ROS 1, which [ros1] needs");
+            slate_runtime::ErrorCode::Feature.of("this program is built without ROS 1, which [ros1] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

@@ -73,7 +73,7 @@ mod built_in {
         let help =
             "build it with the feature `ros2`: cargo build --release --features ros2; or take the table away";
         let message =
-            slate_runtime::Mistake::Feature.of("this program is built without ROS 2, which [ros2] needs");
+            slate_runtime::ErrorCode::Feature.of("this program is built without ROS 2, which [ros2] needs");
         Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
     }
 }

@@ -90,7 +90,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());
-    // What comes from outside is part of the recording.
+    // Values from outside are part of the recording.
     ros.start(&mission.agent)?;
     if folder.is_there() {
         mission.stream_trajectory(folder.path());
@@ -201,7 +201,7 @@ fn conclude(
         output::line(format_args!("report: {}", slate_runtime::printable(folder.path())));
     }
     match recorded {
-        Some(Ok(recorded)) => tell(&recorded),
+        Some(Ok(recorded)) => print_recorded(&recorded),
         Some(Err(error)) => RunError::from(error).print(),
         None => {}
     }
@@ -242,7 +242,7 @@ fn leave(report: &Report<'_>, log: &DisplayLog, directory: &Path) -> Result<(), 
 }
 
 /// Prints the recorded files.
-fn tell(recorded: &Recorded) {
+fn print_recorded(recorded: &Recorded) {
     let file = slate_runtime::printable(&recorded.file);
     let dropped = match recorded.dropped {
         0 => String::new(),

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use slate_record::{RouteTally, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
 use slate_runtime::Cycle;
 use slate_runtime::configuration::{Configuration, Variant};
-use slate_runtime::snapshot::{Keepsake, Snapshot};
+use slate_runtime::snapshot::{ApplicationState, Snapshot};
 
 use crate::observation::Observation;
 
@@ -90,7 +90,7 @@ impl RunHistory {
     }
 
     fn state(&self) -> MutexGuard<'_, RunState> {
-        // What stays intact when another thread panicked while it held the lock.
+        // The data stays valid after a panic in another thread that held the lock.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -136,7 +136,7 @@ impl RunHistory {
     }
 }
 
-impl Keepsake for RunHistory {
+impl ApplicationState for RunHistory {
     fn save(&self) -> Vec<u8> {
         // Numbers and text can be written.
         serde_json::to_vec(&*self.state()).unwrap_or_default()

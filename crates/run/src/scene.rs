@@ -25,7 +25,7 @@ pub fn of(configuration: &Configuration) -> Result<Scene, RunError> {
 fn bodies(configuration: &Configuration) -> Result<Vec<Polygon>, RunError> {
     let Some(list) = configuration.value("report.bodies") else { return Ok(Vec::new()) };
     let wrong = || {
-        let help = "write [[report.bodies]] with `name` and `points = [[x, y], ...]`, metres".to_owned();
+        let help = "write [[report.bodies]] with `name` and `points = [[x, y], ...]`, meters".to_owned();
         let message = "expected bodies with a name and at least three points".to_owned();
         RunError::Configuration(configuration.diagnostic(list.span, message, Some(help)).into())
     };
@@ -89,23 +89,23 @@ pub fn files(configuration: &Configuration) -> Vec<(String, Vec<u8>)> {
         .filter(|name| name.ends_with(".toml"))
         .map(str::to_owned)
         .collect();
-    // One that is gone since it was read is missed by whoever asks for it.
+    // A file that was removed since is reported by its reader.
     names.into_iter().filter_map(|name| std::fs::read(&name).ok().map(|text| (name, text))).collect()
 }
 
-/// Returns the labelled goals of robots.
+/// Returns the labeled goals of robots.
 /// A single one is the goal; several of a robot are numbered in their order, and where several robots have goals, the
 /// label has the robot's name.
 fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {
     let is_shared = of.iter().filter(|(_, goals)| !goals.is_empty()).count() > 1;
-    let labelled = of.iter().flat_map(|(robot, goals)| {
+    let labeled = of.iter().flat_map(|(robot, goals)| {
         goals.iter().zip(1..).map(move |(goal, number)| {
             let robot = if is_shared { format!("{robot}: ") } else { String::new() };
             let number = if goals.len() > 1 { format!(" {number}") } else { String::new() };
             Goal { label: format!("{robot}goal{number}"), x: goal.x, y: goal.y }
         })
     });
-    labelled.collect()
+    labeled.collect()
 }
 
 /// Returns people and doors as bodies that move without commands.

@@ -33,19 +33,19 @@ impl Interrupt {
     pub fn handle(stopper: Stopper, end_later: Option<fn()>) -> Self {
         let interrupt = Self::default();
         let own = interrupt.clone();
-        let mut asked: Option<Instant> = None;
+        let mut requested_at: Option<Instant> = None;
         let handled = ctrlc::set_handler(move || {
-            match asked {
-                // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
+            match requested_at {
+                // The end of each thread of the supervisor may be another signal; its second Ctrl-C is not caught.
                 Some(_) if end_later.is_some() => {}
                 Some(first) if first.elapsed() < DEBOUNCE => {}
                 Some(_) => std::process::exit(130),
                 None => {
-                    asked = Some(now());
+                    requested_at = Some(now());
                     own.set();
                     stopper.stop();
                     if let Some(end_later) = end_later {
-                        // The supervisor may be gone, and then nobody else ends what hangs.
+                        // The supervisor may have ended, and then nothing else ends a hanging process.
                         end_later();
                     }
                 }

@@ -41,7 +41,7 @@ impl Trail {
             if self.time.last() == Some(&time) {
                 return;
             }
-            // It goes on from a snapshot: what came later has not been.
+            // It continues from a snapshot: what came later has not been.
             let left = self.time.partition_point(|before| *before < time);
             self.keep(|index| index < left);
         }
@@ -90,7 +90,7 @@ impl Trails {
         let (trails, stopped) = (Arc::clone(&all), Arc::clone(&stop));
         let follow = move || {
             while !stopped.load(Ordering::Acquire) {
-                look(&observation, clock(), &mut locked(&trails));
+                extend_trails(&observation, clock(), &mut locked(&trails));
                 std::thread::sleep(SAMPLE_PERIOD);
             }
         };
@@ -109,7 +109,7 @@ impl Drop for Trails {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // One that has failed follows nobody.
+            // A failed robot follows no leader.
             let _ = thread.join();
         }
     }
@@ -119,7 +119,7 @@ fn locked(all: &Mutex<BTreeMap<String, Trail>>) -> MutexGuard<'_, BTreeMap<Strin
     all.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn look(observation: &Observation, time: u64, all: &mut BTreeMap<String, Trail>) {
+fn extend_trails(observation: &Observation, time: u64, all: &mut BTreeMap<String, Trail>) {
     for robot in &observation.robots {
         let Some(now) = robot.now() else { continue };
         let trail = all.entry(robot.name.clone()).or_default();
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_came_after_a_snapshot_is_forgotten_when_it_is_loaded() {
+    fn restore_drops_later_history() {
         let mut trail = trail(1..=100);
         trail.add(40, [0.0; 3], None);
         assert_eq!((trail.time.len(), trail.time.last()), (40, Some(&40)));

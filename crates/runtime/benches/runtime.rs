@@ -427,7 +427,7 @@ fn timeouts() {
         if times.len() < 100 && cycle.number < 100_000 {
             return Control::Continue;
         }
-        report("from a stage's time-out to the next stage", "us", std::mem::take(&mut times));
+        report("from a stage's timeout to the next stage", "us", std::mem::take(&mut times));
         Control::Stop
     };
     agent.run(Box::new(observer)).unwrap();

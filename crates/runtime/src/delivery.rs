@@ -13,7 +13,7 @@ use crate::{Composer, ExternalContent, ExternalInputError, ExternalValue};
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// Polling interval until the agent begins its first cycle.
-const LOOK: Duration = Duration::from_millis(2);
+const POLL_PERIOD: Duration = Duration::from_millis(2);
 
 /// Bounded queue of external values for inputs.
 /// Programs outside of the agent fill it, and one thread [runs](Self::run) it. In lockstep it sets all values that
@@ -73,10 +73,10 @@ impl ExternalDelivery {
 
     /// Sets inputs to the queued values until [`end`](Self::end).
     /// Reports the result of each value with the index of its input.
-    pub fn run(&self, tell: impl Fn(usize, Result<(), ExternalInputError>)) {
+    pub fn run(&self, report: impl Fn(usize, Result<(), ExternalInputError>)) {
         while !self.ended.load(Ordering::Acquire) {
             if self.composer.cycles() == 0 {
-                self.wake.wait_timeout(LOOK);
+                self.wake.wait_timeout(POLL_PERIOD);
                 continue;
             }
             let values = self.take();
@@ -90,7 +90,7 @@ impl ExternalDelivery {
                 ExternalValue { input, content }
             });
             let results = self.composer.set_external(external.collect());
-            places.into_iter().zip(results).for_each(|(place, result)| tell(place, result));
+            places.into_iter().zip(results).for_each(|(place, result)| report(place, result));
         }
     }
 

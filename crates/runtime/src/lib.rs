@@ -26,7 +26,7 @@ pub use slate_composition as composition;
 pub use slate_composition::{ExternalInputError, ExternalPorts, PropertyFacts, PropertyIndex};
 pub use slate_configuration as configuration;
 pub use slate_configuration::{
-    Message, Mistake, Schedule, ScheduleError, ScheduledStage, printable, printable_text, replacement,
+    ErrorCode, Message, Schedule, ScheduleError, ScheduledStage, printable, printable_text, replacement,
 };
 pub use slate_engine::clock::{Calendar, RecordedTimes, TimeSource};
 pub use slate_engine::main_loop::{

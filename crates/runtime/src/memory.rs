@@ -64,7 +64,7 @@ impl ModuleMemory {
     /// Reads the content of a file.
     ///
     /// # Errors
-    /// The mistake, and its place if that is known.
+    /// The error, and its place if that is known.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let version =
             |found: u64| format!("it has version {found} of the format, and this program reads {VERSION}");

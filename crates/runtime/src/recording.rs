@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use slate_blackboard::{Board, Pattern, Taps};
 
 pub use crate::snapshot::PluginMark;
-pub use history::{History, HistoryWish, Left, TakeValue};
+pub use history::{History, HistoryRequest, Left, TakeValue};
 pub use slate_configuration::recorded_configuration as configuration;
 use slate_configuration::{RATE, RecordRule, RecordSelection, period};
 
@@ -102,7 +102,11 @@ pub trait RecordingControl: Send + Sync {
     ///
     /// # Errors
     /// The reason for which the values are not available.
-    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal>;
+    fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, RecordingRefusal>;
 }
 
 /// Error of starting or stopping a recording.

@@ -29,7 +29,7 @@ pub trait Sharing: Send {
 
     /// Sets this agent's demand from other agents.
     /// It replaces the earlier demand.
-    fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
+    fn set_demands(&mut self, demands: BTreeMap<RemotePath, RemoteDemand>);
 
     /// Schemes of endpoints that can carry values, such as `local`.
     /// Any name is valid if the set is empty.
@@ -70,13 +70,13 @@ pub trait TeamExchange: Send + Sync {
 
     /// Receives a message of a robot.
     /// The caller must authenticate the robot if that matters.
-    fn hear(&self, robot: &str, message: Vec<u8>);
+    fn receive(&self, robot: &str, message: Vec<u8>);
 }
 
 /// Carrier of a team's messages.
 pub trait TeamCarrier: Send + Sync {
     /// Sends a message to a robot without waiting; false if it is lost already.
-    fn tell(&self, robot: &str, message: &[u8]) -> bool;
+    fn send(&self, robot: &str, message: &[u8]) -> bool;
 }
 
 /// Inspection of other agents.
@@ -238,7 +238,7 @@ pub enum About {
 
 /// Demand for a property or a mailbox of another agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Want {
+pub enum RemoteDemand {
     /// Values of a property.
     /// A property of the same interface must be at [`RemotePath::mirror_path`] of the board, with the path of the whole
     /// property.
@@ -279,7 +279,7 @@ impl Pace {
     }
 }
 
-impl Want {
+impl RemoteDemand {
     /// Returns the demand that satisfies both.
     pub(crate) fn and(&self, other: &Self) -> Self {
         match (self, other) {
@@ -329,7 +329,7 @@ impl Eq for Expected {}
 
 /// State of a demand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum DemandState {
     /// The board has no property for it yet, or no longer.
     Absent {
         /// Reason.
@@ -388,7 +388,7 @@ pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
 /// Agent, as its sharing sees it.
 pub(crate) trait SharingAgent: Send + Sync {
     /// Notes the state of a demand for another agent.
-    fn remote_stands(&self, path: &RemotePath, standing: Standing);
+    fn set_demand_state(&self, path: &RemotePath, state: DemandState);
 
     /// Logs a line.
     fn log(&self, level: Level, text: &str);
@@ -425,8 +425,8 @@ impl SharingHost {
 
     /// Reports the state of a demand; modules are linked to it, or wait for it.
     /// The call waits for the main loop, so it needs a thread that nothing waits for.
-    pub fn report(&self, path: &RemotePath, standing: Standing) {
-        self.agent.remote_stands(path, standing);
+    pub fn report(&self, path: &RemotePath, state: DemandState) {
+        self.agent.set_demand_state(path, state);
     }
 
     /// Wakes the modules with threads that read values of other agents.

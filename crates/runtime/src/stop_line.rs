@@ -18,7 +18,7 @@ use std::time::Duration;
 const REASON: usize = 1024;
 
 /// Polling interval for the agent's end, where nothing else reports it.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_PERIOD: Duration = Duration::from_millis(500);
 
 /// Time limit of one exchange with a client, in both directions.
 /// It holds for a client to receive the answer, and for the agent to receive a client.
@@ -50,12 +50,12 @@ impl StopLine {
     pub fn open(socket: &Path, stop: impl Fn(&str) + Send + 'static) -> Result<Self> {
         let path = beside(socket);
         match std::fs::remove_file(&path) {
-            // What an agent left that was killed makes room.
+            // The socket of a killed agent is replaced.
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
         }
         let socket = Arc::new(UnixDatagram::bind(&path)?);
-        socket.set_read_timeout(Some(LOOK))?;
+        socket.set_read_timeout(Some(POLL_PERIOD))?;
         socket.set_write_timeout(Some(TIMEOUT))?;
         let closed = Arc::new(AtomicBool::new(false));
         let (own, ends) = (Arc::clone(&socket), Arc::clone(&closed));
@@ -70,7 +70,7 @@ impl Drop for StopLine {
         // It looks by itself where this does not end its waiting.
         let _ = self.socket.shutdown(Shutdown::Both);
         if let Some(thread) = self.thread.take() {
-            // What it calls does not panic.
+            // The called code does not panic.
             let _ = thread.join();
         }
         // Another process may have removed it already.

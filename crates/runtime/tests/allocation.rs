@@ -141,8 +141,8 @@ command = "driver/wheel"
 limits = { value = [0.0, 500.0] }
 "#;
 
-/// Writes its first line slowly, so that who logs fills the buffer and waits: a thread that does so first allocates its
-/// place among those who wait.
+/// Writes its first line slowly, so that loggers fill the buffer and wait: a thread that does so first allocates its
+/// entry in the wait list.
 struct SlowFirst(bool);
 
 impl LogTarget for SlowFirst {
@@ -230,7 +230,7 @@ fn workers_allocate_nothing() {
 }
 
 #[test]
-fn a_queue_and_an_inbox_that_nobody_reads_allocate_nothing() {
+fn unread_queue_and_inbox_allocate_nothing() {
     let text = ROBOT.replace("[modules.receiver]", "[modules.receiver]\nenabled = false");
     assert_eq!(allocations(&mut robot(&text, 0)), 0);
 }

@@ -22,7 +22,7 @@ use slate_runtime::{
 
 const MS: u64 = 1_000_000;
 
-/// A machine whose date is set by the hour, and how often it was asked for.
+/// A machine whose date is set by the hour, and how often it was read.
 #[derive(Clone, Default)]
 struct Machine {
     /// Seconds.
@@ -43,7 +43,7 @@ impl Machine {
     }
 }
 
-/// What depends on time: periods, time-outs, deadlines, ages of values and of commands. The limits are shorter than an hour, and longer
+/// What depends on time: periods, timeouts, deadlines, ages of values and of commands. The limits are shorter than an hour, and longer
 /// than any pause of a busy machine.
 const ROBOT: &str = r#"
 [loop]

@@ -94,7 +94,7 @@ fn a_limit_on_a_field_that_is_not_there_is_refused() {
 }
 
 #[test]
-fn nobody_gets_a_command_past_its_gate() {
+fn no_command_bypasses_its_gate() {
     let text =
         complaint(&DRIVE.replace(r#""relay/input" = "wheel/command""#, r#""relay/input" = "driver/wheel""#));
     assert!(text.contains("has not passed its gate") && text.contains("<actuator>/command"), "{text}");
@@ -168,13 +168,13 @@ fn a_person_at_the_controls_overrides_the_plan_until_release() {
 }
 
 #[test]
-fn a_command_of_a_person_who_is_gone_ends_by_itself() {
+fn command_of_disconnected_operator_expires() {
     let mut agent = lockstep(DRIVE);
     let mut controls = agent.composer().take_controls("wheel", "a test").unwrap();
     controls.command(&speed(-4.0)).unwrap();
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), -4.0);
-    std::thread::sleep(Teleoperation::HOLD);
+    std::thread::sleep(Teleoperation::COMMAND_DURATION);
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), 0.0);
     drop(controls);

@@ -92,7 +92,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 }
 
 #[test]
-fn another_module_changes_nobody_elses_random_numbers() {
+fn another_module_changes_no_random_numbers() {
     let run = |more: &str| {
         let mut agent = lockstep(&format!("[modules.dice]\n{more}"));
         agent.step();
@@ -134,7 +134,7 @@ fn enabled_is_enforced() {
 
 /// It may have ticked long before, or never.
 #[test]
-fn what_a_switch_does_has_the_time_of_the_switch() {
+fn effects_of_switch_have_time_of_switch() {
     let mut agent = lockstep("[modules.counter]\nevery = \"1s\"\nenabled = false\n");
     let time = |agent: &Agent, path: &str| agent.board().read(path).unwrap().unwrap().1.time;
     for on in [true, false] {

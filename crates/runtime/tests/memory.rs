@@ -36,7 +36,7 @@ fn run(text: &str, cycles: usize, keeps_memory: bool) -> (f64, Option<u64>) {
     (value.as_f64().unwrap(), began)
 }
 
-/// Why an agent does not start, as it is told.
+/// Reported reason why an agent does not start.
 fn refusal(text: &str) -> String {
     match agent(text, true) {
         Err(StartError::Configuration(report)) => report.to_string(),
@@ -119,7 +119,7 @@ fn a_name_of_a_memory_that_comes_later_is_that_memory() {
 }
 
 #[test]
-fn what_can_not_be_used_starts_nothing_and_says_where() {
+fn unusable_memory_starts_nothing_and_has_place() {
     let folder = folder("refused");
     let file = folder.join("counter.memory");
     let text = in_file(&file);
@@ -151,7 +151,7 @@ fn what_can_not_be_used_starts_nothing_and_says_where() {
 }
 
 #[test]
-fn a_memory_that_can_not_be_written_stays_and_is_told() {
+fn unwritable_memory_is_kept_and_reported() {
     let folder = folder("unwritten");
     let file = folder.join("inner/counter.memory");
     std::fs::create_dir(folder.join("inner")).unwrap();
@@ -187,7 +187,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_else_is_in_a_file_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+    fn other_file_content_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         prop_assert!(ModuleMemory::from_bytes(&bytes).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! A module's panic is told by the log and printed by nobody: the way there takes longer to print than a cycle.
+//! A module's panic is logged and not printed: a backtrace takes longer to print than a cycle.
 #![cfg(not(feature = "shuttle"))]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
@@ -14,7 +14,7 @@ static PRINTED: AtomicU32 = AtomicU32::new(0);
 
 #[test]
 fn a_panic_of_a_module_is_in_the_log_and_is_not_printed() {
-    // In the place of what prints; whoever asks for full backtraces gets them.
+    // Replaces the printing hook; full backtraces remain available.
     std::panic::set_hook(Box::new(|_| {
         PRINTED.fetch_add(1, Ordering::Relaxed);
     }));

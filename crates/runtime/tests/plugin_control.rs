@@ -1,4 +1,4 @@
-//! The aspect `Plugins`: modules ask for changes of their agent, and no tick waits for one.
+//! The aspect `Plugins`: modules request changes of their agent, and no tick waits for one.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -88,7 +88,7 @@ fn a_module_unloads_another_plugin_and_sees_it_in_the_list() {
 }
 
 #[test]
-fn what_is_not_possible_is_refused_with_the_reason() {
+fn impossible_request_is_refused_with_reason() {
     for (module, ask, expected) in [
         ("loader_of_none", 1, "no plugin `nothing`"),
         ("unloader_of_none", 2, "no plugin `nothing`"),
@@ -131,7 +131,7 @@ fn a_module_cannot_unload_the_code_that_it_runs() {
 }
 
 #[test]
-fn what_a_failed_tick_asks_for_is_not_done() {
+fn requests_of_failed_tick_are_dropped() {
     script("failing_asker", |io, now| match now.number() {
         1 => {
             assert_eq!(io.plugins.unload("extra"), 1);
@@ -200,7 +200,7 @@ fn the_last_64_requests_are_known_and_each_gets_its_own_answer() {
 }
 
 #[test]
-fn an_agent_that_ends_leaves_no_thread_behind_that_asks() {
+fn ended_agent_leaves_no_requesting_thread() {
     let asked = asks("hasty", |io| io.plugins.unload("extra"));
     let mut stage = Stage::load(&robot("hasty", "other"));
     stage.step();

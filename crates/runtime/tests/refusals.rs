@@ -323,7 +323,7 @@ fn parameters_and_inputs() {
     refused("[modules.tuned]\nparams.steps = 1.5\n", &["test.toml:3:16", "steps"]);
     refused(
         "[modules.counter]\nparams.hang = 1\n",
-        &["test.toml:3:8", "no parameter `hang`", "there are: panic_at, nan_at, hang_at, hang_ms"],
+        &["test.toml:3:8", "no parameter `hang`", "available: panic_at, nan_at, hang_at, hang_ms"],
     );
     refused(
         "[modules.tuned]\ninputs.goal = { value = \"far\" }\n",

@@ -1,10 +1,10 @@
-//! The aspect `Settings`: modules ask for other settings of their agent, and no tick waits for them.
+//! The aspect `Settings`: modules request other settings of their agent, and no tick waits for them.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
     clippy::disallowed_methods,
-    reason = "a test that fails panics, and time-outs are a matter of the wall clock"
+    reason = "a test that fails panics, and timeouts are a matter of the wall clock"
 )]
 
 use std::collections::BTreeMap;
@@ -224,7 +224,7 @@ fn a_run_with_threads_equals_single_steps() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_whole_with_the_reason() {
+fn mismatch_is_refused_as_a_whole_with_reason() {
     let requests: &[(u64, &[&str])] = &[
         (1, &["modules.gauge.params.gain=10", "modules.gauge.params.gaim=3"]),
         (1, &["modules.gauge.params.gain=1000"]),
@@ -247,7 +247,7 @@ fn what_does_not_fit_is_refused_whole_with_the_reason() {
 }
 
 #[test]
-fn a_tick_that_fails_asks_for_nothing() {
+fn failed_tick_requests_nothing() {
     let answers = asks("asker_that_fails", &[(1, &["modules.gauge.params.gain=10"])], Outcome::Failed);
     let mut agent = agent("asker_that_fails");
     assert_eq!(products(&mut agent, 4), [1.0, 2.0, 3.0, 4.0]);

@@ -1,4 +1,4 @@
-//! What records an agent is told of its changes.
+//! Changes that a recorder receives.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -87,7 +87,7 @@ fn refused_snapshot_is_no_change_for_the_recording() {
     }
     agent.restore(&snapshot).unwrap();
     let changes = scribe.changes.lock().unwrap();
-    assert!(matches!(&changes[..], [Change::Other { what }] if what == "going on from a snapshot"));
+    assert!(matches!(&changes[..], [Change::Other { what }] if what == "restoring a snapshot"));
 }
 
 #[test]

@@ -120,7 +120,7 @@ struct Gate {
 }
 
 impl Gate {
-    /// One that lets the beginning of the file pass, and who opens it.
+    /// One that passes the beginning of the file, and its opening.
     fn new() -> (Self, Sender<()>) {
         let (sender, open) = channel();
         sender.send(()).unwrap();

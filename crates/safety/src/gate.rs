@@ -268,7 +268,7 @@ impl Gate {
     fn settle(&mut self, now: u64) -> GateMode {
         let word = self.configuration.stop_latch.word();
         if self.armed != Some(word) {
-            // Also when the agent was stopped and reset while nobody looked: a reset does not arm.
+            // Also when the agent was stopped and reset unnoticed: a reset does not arm.
             self.disarm();
         }
         // A clock that jumped back must not keep a command alive, so the distance counts both ways.

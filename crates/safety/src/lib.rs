@@ -7,7 +7,7 @@
 //!
 //! **Slate makes no claim of certification.** The gate and the software stop are ordinary software on an ordinary
 //! operating system. They are no emergency stop in the sense of ISO 13850 and no safety function in the sense of
-//! ISO 13849 or IEC 61508. A robot that can hurt somebody needs a stop in hardware that works without them.
+//! ISO 13849 or IEC 61508. A robot that can hurt people needs a stop in hardware that works without them.
 //!
 //! ```
 //! use slate_module::blackboard::interface::{Interface, View};
@@ -50,15 +50,15 @@
 
 mod bound;
 mod configuration;
-mod frozen;
 mod gate;
+mod snapshot;
 mod state;
 mod stop;
 mod verdict;
 
 pub use configuration::{ConfigurationError, GateConfiguration};
-pub use frozen::{FrozenGate, FrozenLease};
 pub use gate::{Gate, Output, StillStopped};
 pub use slate_interfaces::{GateMode, GateState, LeasePriority, RefusalReason};
+pub use snapshot::{GateSnapshot, LeaseSnapshot};
 pub use stop::StopLatch;
 pub use verdict::{Reason, Verdict};

@@ -100,7 +100,7 @@ impl StopLatch {
         }
         record.persisted = false;
         record.reason = None;
-        // While stopped nobody but a reset changes the word, and resets hold the lock.
+        // While stopped only a reset changes the word, and resets hold the lock.
         self.shared.word.store(word.wrapping_add(1), Ordering::Release);
         Ok(())
     }

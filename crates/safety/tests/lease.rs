@@ -1,4 +1,4 @@
-//! Who has the actuator, and for how long.
+//! The lease on an actuator, and its duration.
 
 use crate::common;
 
@@ -63,7 +63,7 @@ fn each_offer_renews_the_lease() {
 }
 
 #[test]
-fn a_refused_offer_renews_nobodys_lease() {
+fn refused_offer_renews_no_lease() {
     let mut gate = armed(configuration());
     gate.offer(BUMPER, Reflex, bytes(&wheels(-1.0, -1.0)), 0);
     gate.offer(PLANNER, Plan, bytes(&wheels(1.0, 1.0)), TIME_TO_LIVE - 1);

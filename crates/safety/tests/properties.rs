@@ -49,7 +49,7 @@ struct Model {
     armed: bool,
     stopped: bool,
     agent_stopped: bool,
-    /// Who offered last what took effect, with which priority, and when.
+    /// Commander, priority and time of the last effective offer.
     lease: Option<(u32, Priority, u64)>,
     /// Whether that offer was usable.
     commanding: bool,

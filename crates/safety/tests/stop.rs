@@ -216,7 +216,7 @@ fn a_stop_takes_effect_while_its_file_hangs() {
     let latch = StopLatch::open(&path).unwrap();
     let mut gate = armed(configuration().stop_latch(&latch));
     offer(&mut gate);
-    // Writing to a pipe waits until somebody reads it.
+    // Writing to a pipe waits for a reader.
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     std::thread::scope(|scope| {
         let stopping = scope.spawn(|| latch.stop("operator"));

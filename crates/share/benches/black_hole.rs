@@ -17,7 +17,7 @@ use agents::{Agent, Blob, Folder, add, output, setup, wait_for, write};
 use rustix::process::Signal;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::interface::Interface;
-use slate_share::peers::Want;
+use slate_share::peers::WantedProperty;
 use slate_share::session::Options;
 
 const PERIOD: Duration = Duration::from_millis(1);
@@ -44,7 +44,7 @@ fn read(name: &str, endpoint: &str) {
     let agent = Agent::start(setup(name));
     let mut seen = output(&agent.board, "out/seen", 1);
     agent.peers.connect("hub", endpoint).unwrap();
-    let want = Want::new("out/blob", Options::default()).expect(Blob::DESCRIPTOR, SIZE);
+    let want = WantedProperty::new("out/blob", Options::default()).expect(Blob::DESCRIPTOR, SIZE);
     agent.peers.subscribe("hub", want).unwrap();
     let (mirror, _) = agent.board.find("agents/hub/out/blob").unwrap();
     let mut reader = mirror.channel().unwrap().latest().unwrap();
@@ -91,7 +91,10 @@ impl Reader {
         let process = Process::start(command.args(["reader", name, endpoint]));
         wait_for("a reader", || hub.peers.is_connected(name));
         hub.peers
-            .subscribe(name, Want::new("out/seen", Options::default()).expect(agents::Number::DESCRIPTOR, 0))
+            .subscribe(
+                name,
+                WantedProperty::new("out/seen", Options::default()).expect(agents::Number::DESCRIPTOR, 0),
+            )
             .unwrap();
         let (mirror, _) = hub.board.find(&format!("agents/{name}/out/seen")).unwrap();
         Self { process, seen: mirror.channel().unwrap().latest().unwrap(), heard: Instant::now() }

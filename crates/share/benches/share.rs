@@ -24,7 +24,7 @@ use rustix::time::{ClockId, clock_gettime};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session::{Compression, Options};
 
 const SAMPLES: usize = 1000;
@@ -167,7 +167,7 @@ fn read_latency(endpoint: &str, path: &str) {
     let updated = Arc::new(Wake::new());
     let agent = Agent::start(Setup { updated: Some(Arc::clone(&updated)), ..setup("reader") });
     agent.peers.connect("base", endpoint).unwrap();
-    let want = Want::new(path, Options::default().compression(Compression::None));
+    let want = WantedProperty::new(path, Options::default().compression(Compression::None));
     agent.peers.subscribe("base", want.expect(Blob::DESCRIPTOR, 1 << 20)).unwrap();
     let (mirror, _) = agent.board.find(&format!("agents/base/{path}")).unwrap();
     let mut reader = mirror.channel().unwrap().latest().unwrap();
@@ -237,7 +237,9 @@ fn read_rate(endpoint: &str, count: usize) {
     let agent = Agent::start(setup("reader"));
     agent.peers.connect("base", endpoint).unwrap();
     for i in 0..count {
-        let want = Want::new(&format!("out/p{i}"), Options::queue()).expect(Number::DESCRIPTOR, 0).depth(16);
+        let want = WantedProperty::new(&format!("out/p{i}"), Options::queue())
+            .expect(Number::DESCRIPTOR, 0)
+            .depth(16);
         agent.peers.subscribe("base", want).unwrap();
     }
     // The order of what came is tested elsewhere; here it is counted.

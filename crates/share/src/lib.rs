@@ -18,7 +18,7 @@
 //! use std::sync::Arc;
 //!
 //! use slate_blackboard::Board;
-//! use slate_share::peers::{Peers, Setup, Want};
+//! use slate_share::peers::{Peers, Setup, WantedProperty};
 //! use slate_share::session::{Identity, Options};
 //!
 //! // The host's clock, and a number for this start of the agent.
@@ -29,7 +29,7 @@
 //!
 //! peers.connect("base", "local:base")?;
 //! let every_50_ms = Options::default().periodic(50_000_000);
-//! peers.subscribe("base", Want::new("localizer/pose", every_50_ms))?;
+//! peers.subscribe("base", WantedProperty::new("localizer/pose", every_50_ms))?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -91,7 +91,7 @@ fn reason(agent: &Agent, of: &str) -> String {
 }
 
 #[test]
-fn nobody_speaks_for_another_agent() {
+fn no_agent_can_impersonate_another() {
     let folder = Folder::new();
     let authority = Authority::new(&folder.path(""), "ours");
     let at = format!("tls:127.0.0.1:{}", port());
@@ -101,7 +101,7 @@ fn nobody_speaks_for_another_agent() {
     liar.peers.connect("base", &at).unwrap();
     let expected = "the certificate there is that of agent `leg`, and not of agent `arm`";
     wait_for("the refusal", || reason(&liar, "base") == expected);
-    // Nor does whoever is dialled.
+    // Nor does the dialed agent.
     let arm = Agent::start(agent("arm", &authority.sign("arm"), "arm", &authority));
     arm.peers.connect("bose", &at).unwrap();
     let expected = "the certificate there is that of agent `base`, and not of agent `bose`";
@@ -123,7 +123,7 @@ fn an_address_of_ipv6_is_one_like_others() {
 }
 
 #[test]
-fn a_certificate_of_nobody_is_refused() {
+fn certificate_without_name_is_refused() {
     let folder = Folder::new();
     let authority = Authority::new(&folder.path(""), "ours");
     let at = format!("tls:127.0.0.1:{}", port());
@@ -252,7 +252,7 @@ fn endpoints_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
+fn foreign_peer_is_reported_once_and_blocks_no_other() {
     let folder = Folder::new();
     let (ours, theirs) =
         (Authority::new(&folder.path(""), "ours"), Authority::new(&folder.path(""), "theirs"));
@@ -269,7 +269,7 @@ fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
     };
     let base = agent("base", &ours.sign("base"), "base", &ours).listen(&at);
     let base = Agent::start(Setup { notice: Some(notice), ..base });
-    // Some say nothing, some what is no TLS, one has a certificate of somebody else.
+    // Some are silent, some don't use TLS, one has a foreign certificate.
     let silent: Vec<_> = (0..4).map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
     let mut noise = TcpStream::connect(("127.0.0.1", port)).unwrap();
     noise.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();

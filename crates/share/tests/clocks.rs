@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use agents::{Agent, Folder, Number, clock, output, setup, wait_for, write};
 use slate_blackboard::interface::View;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session::Options;
 
 #[test]
@@ -26,7 +26,7 @@ fn the_first_value_has_its_time_however_far_the_clocks_differ() {
         own.write(View::of(&mut Number { value: round + 2 }).bytes(), 0, clock()() + HOURS).unwrap();
         let own_time = own.last().time - HOURS;
         arm.peers.connect("base", &folder.endpoint("base")).unwrap();
-        arm.peers.subscribe("base", Want::new("out/number", Options::default())).unwrap();
+        arm.peers.subscribe("base", WantedProperty::new("out/number", Options::default())).unwrap();
         let time = |agent: &Agent, path: &str| {
             let (property, _) = agent.board.get(path)?;
             property.newest().unwrap().map(|(_, _, stamp)| stamp.time)
@@ -34,7 +34,7 @@ fn the_first_value_has_its_time_however_far_the_clocks_differ() {
         let near = |time: u64, expected: u64| time.abs_diff(expected) < 200_000_000;
         if round == 0 {
             wait_for("who is read", || base.peers.is_connected("arm"));
-            base.peers.subscribe("arm", Want::new("out/number", Options::default())).unwrap();
+            base.peers.subscribe("arm", WantedProperty::new("out/number", Options::default())).unwrap();
         }
         wait_for("the value here", || arm.number("agents/base/out/number") == Some(1));
         let seen = time(&arm, "agents/base/out/number").unwrap();

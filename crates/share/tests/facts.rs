@@ -238,8 +238,8 @@ struct Wire {
 }
 
 impl TeamCarrier for Wire {
-    fn tell(&self, _: &str, message: &[u8]) -> bool {
-        self.to.hear(self.from, message.to_vec());
+    fn send(&self, _: &str, message: &[u8]) -> bool {
+        self.to.receive(self.from, message.to_vec());
         true
     }
 }
@@ -276,7 +276,7 @@ fn facts_travel_by_a_carrier_beside_the_sessions() {
 }
 
 #[test]
-fn what_does_not_fit_is_named_kept_out_and_passed_on() {
+fn mismatched_fact_is_named_hidden_and_forwarded() {
     let folder = Folder::new();
     let strange = text(&folder, "strange", &["middle"], "")
         .replace("scout = {}", "scout = { kind = \"stranger\" }")
@@ -317,7 +317,7 @@ fn a_robot_without_a_use_for_a_topic_shows_it_all_the_same() {
 }
 
 #[test]
-fn what_is_known_is_saved_and_a_damaged_file_is_set_aside() {
+fn knowledge_is_saved_and_damaged_file_set_aside() {
     let folder = Folder::new();
     let saved = format!("save = \"{}\"\n", folder.path("known").display());
     let own = text(&folder, "one", &[], &saved);
@@ -342,7 +342,7 @@ fn what_is_known_is_saved_and_a_damaged_file_is_set_aside() {
 }
 
 #[test]
-fn an_agent_that_is_not_of_the_team_is_told_nothing() {
+fn agent_outside_of_team_receives_nothing() {
     let folder = Folder::new();
     let own = text(&folder, "one", &[], "[share.security]\nallow.two.read = [\"**\"]\n");
     let (one, two) = (Robot::start("one", &own), Robot::start("two", &text(&folder, "two", &["one"], "")));
@@ -356,7 +356,7 @@ fn an_agent_that_is_not_of_the_team_is_told_nothing() {
 }
 
 #[test]
-fn a_topic_that_nobody_reads_keeps_its_layout_while_facts_fit() {
+fn unread_topic_keeps_layout_while_facts_fit() {
     let folder = Folder::new();
     let plain = |name: &str, knows: &str, more: &str| {
         format!(
@@ -417,7 +417,7 @@ fn alike() -> (String, String) {
 }
 
 #[test]
-fn robots_of_one_number_are_told_of_when_they_meet() {
+fn robots_with_same_number_are_reported() {
     let folder = Folder::new();
     let (first, second) = alike();
     let middle = Robot::start("middle", &text(&folder, "middle", &[], ""));
@@ -428,7 +428,7 @@ fn robots_of_one_number_are_told_of_when_they_meet() {
 }
 
 #[test]
-fn mistakes_are_said_when_the_agent_is_loaded() {
+fn errors_are_reported_at_load() {
     let folder = Folder::new();
     let own = text(&folder, "one", &[], "");
     let refused = |text: &str| load("one", text, &MemoryTarget::default()).err().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Whatever bytes come, an agent goes on, its memory stays bounded, and afterwards all is as it should be.
+//! Whatever bytes come, an agent continues, its memory stays bounded, and afterwards all is as it should be.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(unsafe_code, reason = "memory is counted where it is allocated")]
 
@@ -14,7 +14,7 @@ use slate_blackboard::Board;
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::wake::Wake;
-use slate_share::peers::{Peer, Want};
+use slate_share::peers::{Peer, WantedProperty};
 use slate_share::session::{
     Application, Compression, Event, Identity, Limits, Options, Sample, Session, VERSION,
 };
@@ -53,9 +53,9 @@ impl Pair {
             let identity = Identity { agent: name.into(), instance: own as u64 + 1 };
             let mut peer = Peer::new(&boards[own], identity, other, limits(), &Arc::new(Wake::new()));
             let blob = Options::default().compression(Compression::Lossless);
-            peer.subscribe(Want::new("out/value", Options::queue())).unwrap();
-            peer.subscribe(Want::new("out/blob", blob)).unwrap();
-            peer.subscribe(Want::new("out/missing", Options::default().best_effort())).unwrap();
+            peer.subscribe(WantedProperty::new("out/value", Options::queue())).unwrap();
+            peer.subscribe(WantedProperty::new("out/blob", blob)).unwrap();
+            peer.subscribe(WantedProperty::new("out/missing", Options::default().best_effort())).unwrap();
             peer
         };
         let peers = [peer(0, "base", "arm"), peer(1, "arm", "base")];
@@ -261,7 +261,7 @@ impl Hostile {
     }
 
     /// What the agent has to say to all of that.
-    fn hear(&mut self) {
+    fn receive(&mut self) {
         let mut packet = Vec::new();
         while self.session.outgoing(3, 1200, &mut packet, &mut Nothing) {}
     }
@@ -275,7 +275,7 @@ fn the_last_numbers_there_are_end_nothing() {
             hostile.fragment(stream, number, (0, 1), b"x");
             hostile.say(&(3_u8, stream, number, number, number, 0_u32));
             hostile.say(&(4_u8, stream, number, vec![(0_u64, number)]));
-            hostile.hear();
+            hostile.receive();
         }
     }
     assert!(hostile.session.other().is_some());

@@ -22,9 +22,9 @@ fn same(team: &[Replica]) -> bool {
 fn facts_reach_unacquainted_robots_without_waiting_for_a_tick() {
     let mut chain: Vec<Replica> = (0..5).map(robot).collect();
     for (place, robot) in chain.iter_mut().enumerate() {
-        for neighbour in [place.wrapping_sub(1), place + 1] {
-            if neighbour < 5 {
-                robot.add_neighbour(neighbour as u32);
+        for neighbor in [place.wrapping_sub(1), place + 1] {
+            if neighbor < 5 {
+                robot.add_neighbor(neighbor as u32);
             }
         }
     }
@@ -53,7 +53,7 @@ fn each_origin_keeps_its_word_and_the_reader_chooses() {
         assert_eq!(origins(View::MostCertain), [1]);
         assert_eq!(origins(View::Union), [0, 1, 2]);
     }
-    // Robot 0 takes its word back, and nobody else's.
+    // Robot 0 retracts its own fact, and no other.
     assert_eq!(team[0].retract(40, b"ball"), Ok(true));
     assert_eq!(team[0].retract(41, b"ball"), Ok(false));
     talk(&mut team, 0, 1);
@@ -129,7 +129,7 @@ fn a_fact_of_an_absent_robot_survives_restarts_of_its_origin() {
     let mut team = vec![robot(0), robot(1), robot(2)];
     team[0].state(1, b"map", value(b"kitchen")).unwrap();
     talk(&mut team, 0, 1);
-    // Robot 1 is away; robot 0 loses its disk and goes on with robot 2.
+    // Robot 1 is away; robot 0 loses its disk and continues with robot 2.
     team[0] = Replica::new(0, 77, Limits::default());
     team[0].state(2, b"pose", value(b"hall")).unwrap();
     talk(&mut team, 0, 2);
@@ -150,7 +150,7 @@ fn a_fact_of_an_absent_robot_survives_restarts_of_its_origin() {
 }
 
 #[test]
-fn what_was_saved_comes_back_however_old_it_is() {
+fn saved_facts_are_restored_at_any_age() {
     let mut team = vec![robot(0), robot(1)];
     team[0].state(1, b"a", value(b"old")).unwrap();
     team[0].state(1, b"b", value(b"old")).unwrap();
@@ -197,7 +197,7 @@ fn a_saved_state_that_is_damaged_or_of_another_robot_is_refused() {
     let error = Replica::restore(3, 1, Limits { key: 0, ..TIGHT }, &saved).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "what was saved of the team's knowledge doesn't fit: refused at byte 17 of 39: a length within the limits should \
+        "the saved knowledge of the team doesn't fit: refused at byte 17 of 39: a length within the limits should \
          be there"
     );
 }
@@ -208,8 +208,8 @@ fn a_life_that_comes_in_parts_is_seen_as_a_whole_or_not_at_all() {
     for number in 0..12_u8 {
         team[0].state(1, &[number], value(&[number; 64])).unwrap();
     }
-    team[0].add_neighbour(1);
-    team[1].add_neighbour(0);
+    team[0].add_neighbor(1);
+    team[1].add_neighbor(0);
     team[1].tick();
     let mut parts = 0;
     let mut queue = vec![];
@@ -286,24 +286,24 @@ fn two_robots_of_one_number_are_detected_and_do_not_fight() {
 }
 
 #[test]
-fn messages_that_nobody_takes_are_bounded_and_counted() {
+fn untaken_messages_are_bounded_and_counted() {
     let mut replica = tight(0, 1);
-    for neighbour in 1..4 {
-        replica.add_neighbour(neighbour);
+    for neighbor in 1..4 {
+        replica.add_neighbor(neighbor);
     }
     for _ in 0..1000 {
         replica.tick();
     }
     assert_eq!(replica.counters().dropped, 2000 - TIGHT.outgoing as u64);
     assert!(replica.memory() <= TIGHT.memory());
-    for neighbour in 1..4 {
-        replica.remove_neighbour(neighbour);
+    for neighbor in 1..4 {
+        replica.remove_neighbor(neighbor);
     }
     assert_eq!(replica.outgoing(), None);
 }
 
 #[test]
-fn who_reads_is_told_which_keys_have_changed() {
+fn reader_receives_changed_keys() {
     let mut team = vec![robot(0), robot(1)];
     team[0].state(1, b"a", value(b"1")).unwrap();
     team[0].state(1, b"b", value(b"1")).unwrap();
@@ -319,7 +319,7 @@ fn who_reads_is_told_which_keys_have_changed() {
     talk(&mut team, 0, 1);
     assert!(changed(&mut team[1]).is_empty());
 
-    // Who does not ask is told so, and costs no more memory.
+    // A robot without queries is informed, and costs no more memory.
     let mut replica = tight(0, 1);
     for number in 0..200_u8 {
         replica.state(1, &[number], value(b"")).unwrap();

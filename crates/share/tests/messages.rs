@@ -27,7 +27,7 @@ fn pair(limits: Limits) -> Vec<Replica> {
 /// Messages of every kind, as two robots send them to each other.
 fn messages(limits: Limits) -> Vec<Vec<u8>> {
     let (mut team, mut messages) = (pair(limits), Vec::new());
-    // What is fresh is lost, so that it is asked for.
+    // Fresh facts are lost, so that they are requested.
     while team[1].outgoing().is_some() {}
     team[1].tick();
     loop {
@@ -78,10 +78,7 @@ fn a_refusal_says_where_and_what_should_be_there() {
     let mut replica = pair(TIGHT).remove(0);
     let mut reason = |bytes: &[u8]| replica.receive(1, bytes).unwrap_err().to_string();
     assert_eq!(reason(&[]), "refused at byte 0 of 0: another byte should be there");
-    assert_eq!(
-        reason(&[2, 0]),
-        "refused at byte 1 of 2: a format that this version of Slate knows should be there"
-    );
+    assert_eq!(reason(&[2, 0]), "refused at byte 1 of 2: a format of this version of Slate should be there");
     assert_eq!(reason(&[1, 9]), "refused at byte 2 of 2: a kind of message should be there");
     assert_eq!(reason(&[1; 321]), "refused at byte 0 of 321: no message of that length should be there");
     // A length of four gigabytes allocates nothing.

@@ -13,11 +13,11 @@ use agents::cable::{CUT, Cable, SWALLOWS};
 use agents::net::port;
 use agents::{Agent, Blob, Folder, add, output, wait_for, write};
 use slate_blackboard::interface::Interface;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session::{Compression, Limits, Options};
 
 #[test]
-fn an_address_that_swallows_holds_nobody_else() {
+fn unresponsive_address_blocks_no_other() {
     let silent = TcpListener::bind(("127.0.0.1", port())).unwrap();
     let folder = Folder::over_tls();
     let base = Agent::listening("base", &folder);
@@ -79,7 +79,7 @@ fn gap(writer: &mut slate_blackboard::channel::Writer, healthy: &Agent, time: Du
 }
 
 #[test]
-fn a_swallowed_agent_disturbs_nobody() {
+fn unresponsive_agent_disturbs_no_other() {
     let folder = Folder::over_tls();
     // As agents have it: the link is closed, and dialled again, while this looks.
     let limits = Limits::default();
@@ -89,13 +89,13 @@ fn a_swallowed_agent_disturbs_nobody() {
     let mut blob = blobs.channel().unwrap().writer().unwrap();
     let healthy = Agent::start(folder.setup("healthy"));
     healthy.peers.connect("base", &folder.endpoint("base")).unwrap();
-    healthy.peers.subscribe("base", Want::new("out/count", Options::default())).unwrap();
+    healthy.peers.subscribe("base", WantedProperty::new("out/count", Options::default())).unwrap();
     wait_for("the healthy one", || base.peers.is_connected("healthy"));
     let growth = |_| {
         let cable = Cable::to(&folder.endpoint("base"));
         let ill = Agent::start(Setup { limits, ..folder.setup("ill") });
         ill.peers.connect("base", cable.endpoint()).unwrap();
-        let want = Want::new("out/blob", Options::default().compression(Compression::None));
+        let want = WantedProperty::new("out/blob", Options::default().compression(Compression::None));
         ill.peers.subscribe("base", want).unwrap();
         wait_for("the ill one", || blobs.readers() == 1);
         let before = gap(&mut writer, &healthy, Duration::from_millis(800));

@@ -11,7 +11,7 @@ use slate_blackboard::channel::{Policy, QueueReader, Start};
 use slate_blackboard::interface::{Descriptor, Field, Interface, Kind, View, difference, schema_hash};
 use slate_blackboard::wake::Wake;
 use slate_share::encoding::{decode, encode};
-use slate_share::peers::{Peer, Want};
+use slate_share::peers::{Peer, WantedProperty};
 use slate_share::session::{Compression, Encoding, Identity, Limits, Options};
 
 const MILLISECOND: u64 = 1_000_000;
@@ -81,7 +81,7 @@ fn served(options: Options) -> Vec<u64> {
 fn served_and_lost(options: Options) -> (Vec<u64>, u64) {
     let mut line = Line::new();
     let mut writer = output(&line.boards[0], "out/number", 256);
-    let want = Want::new("out/number", options).expect(Number::DESCRIPTOR, 0).depth(256);
+    let want = WantedProperty::new("out/number", options).expect(Number::DESCRIPTOR, 0).depth(256);
     line.peers[1].subscribe(want).unwrap();
     line.run(100 * MILLISECOND, 0);
     let mut reader = line.reader("out/number");
@@ -105,7 +105,7 @@ fn values_that_a_rate_leaves_out_are_not_lost() {
 }
 
 #[test]
-fn values_come_as_often_as_is_asked_for() {
+fn values_arrive_at_requested_rate() {
     let newest = Options::default();
     assert_eq!(served(newest).len(), 100);
     let spaced = served(newest.minimum_interval(10 * MILLISECOND));
@@ -128,7 +128,7 @@ fn blobs(options: Options, nth: u64) -> (Vec<u64>, u64) {
     let size = 100_000;
     let property = add(&line.boards[0], "out/blob", Blob::DESCRIPTOR, size, 32);
     let mut writer = property.channel().unwrap().writer().unwrap();
-    let want = Want::new("out/blob", options).expect(Blob::DESCRIPTOR, size).depth(32);
+    let want = WantedProperty::new("out/blob", options).expect(Blob::DESCRIPTOR, size).depth(32);
     let id = line.peers[1].subscribe(want).unwrap();
     line.run(300 * MILLISECOND, 0);
     let mut reader = line.reader("out/blob");
@@ -171,13 +171,15 @@ fn large_values_are_cut_and_put_together() {
 }
 
 #[test]
-fn what_repeats_itself_takes_few_bytes() {
+fn repetitive_data_is_compressed() {
     let mut sent = Vec::new();
     for compression in [Compression::None, Compression::Lossless] {
         let mut line = Line::new();
         let property = add(&line.boards[0], "out/blob", Blob::DESCRIPTOR, 50_000, 1);
         let mut writer = property.channel().unwrap().writer().unwrap();
-        line.peers[1].subscribe(Want::new("out/blob", Options::default().compression(compression))).unwrap();
+        line.peers[1]
+            .subscribe(WantedProperty::new("out/blob", Options::default().compression(compression)))
+            .unwrap();
         line.run(100 * MILLISECOND, 0);
         let before = line.bytes;
         writer.write(&[5; 50_008], 50_000, line.now).unwrap();

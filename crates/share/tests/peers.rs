@@ -52,7 +52,7 @@ fn an_endpoint_is_for_one_agent_and_its_user_alone() {
 }
 
 #[test]
-fn where_an_agent_is_dialled_is_shown_from_the_start() {
+fn dialed_endpoint_is_shown_from_the_start() {
     let (folder, base) = (Folder::new(), Agent::start(setup("base")));
     for number in 0..100 {
         let (name, endpoint) = (format!("n{number}"), folder.endpoint("nobody"));

@@ -13,14 +13,14 @@ use slate_blackboard::interface::{Descriptor, Interface, Text};
 use slate_module::interface;
 use slate_share::carrier::local::Local;
 use slate_share::carrier::{Carrier, Link};
-use slate_share::peers::Want;
+use slate_share::peers::WantedProperty;
 use slate_share::session::{Compression, Options};
 
 const SIZE: usize = 100_000;
 
 /// As many bytes behind a text.
 #[interface]
-pub struct Labelled {
+pub struct Labeled {
     /// What was written.
     pub number: u64,
     /// What they are.
@@ -51,12 +51,12 @@ impl Two {
         &self,
         path: &str,
         descriptor: &'static Descriptor,
-        want: impl FnOnce(Want) -> Want,
+        want: impl FnOnce(WantedProperty) -> WantedProperty,
         options: Options,
     ) -> (Writer, Arc<Property>) {
         let base = self.base.as_ref().unwrap();
         let property = add(&base.board, path, descriptor, SIZE, 64);
-        let want = want(Want::new(path, options).expect(descriptor, SIZE));
+        let want = want(WantedProperty::new(path, options).expect(descriptor, SIZE));
         self.reader.peers.subscribe("base", want).unwrap();
         wait_for("a subscription", || property.readers() == 1);
         let mirror = self.reader.board.find(&format!("agents/base/{path}")).unwrap().0;
@@ -115,14 +115,14 @@ fn a_large_value_is_read_where_it_is() {
 }
 
 #[test]
-fn what_has_more_than_numbers_or_is_kept_for_long_is_copied() {
+fn non_numeric_or_long_lived_values_are_copied() {
     let two = Two::new();
     let (mut writer, mirror) =
-        two.property("out/labelled", Labelled::DESCRIPTOR, |want| want, Options::default());
+        two.property("out/labelled", Labeled::DESCRIPTOR, |want| want, Options::default());
     let mut reader = mirror.channel().unwrap().latest().unwrap();
     for number in 1..=50 {
-        two.write(&mut writer, Labelled::DESCRIPTOR.size, number, SIZE);
-        check(&mut reader, Labelled::DESCRIPTOR.size, number, SIZE);
+        two.write(&mut writer, Labeled::DESCRIPTOR.size, number, SIZE);
+        check(&mut reader, Labeled::DESCRIPTOR.size, number, SIZE);
         assert!(!is_shared(reader.value().unwrap().as_ptr()));
     }
     let (mut writer, mirror) =
@@ -190,9 +190,9 @@ fn readers_that_never_let_go_do_not_stop_later_values() {
 }
 
 #[test]
-fn what_does_not_fit_is_given_back() {
+fn mismatched_loan_is_returned() {
     let two = Two::new();
-    let want = |want: Want| want.expect(Blob::DESCRIPTOR, 80_000);
+    let want = |want: WantedProperty| want.expect(Blob::DESCRIPTOR, 80_000);
     let (mut writer, mirror) = two.property("out/blob", Blob::DESCRIPTOR, want, Options::queue());
     let mut reader = mirror.channel().unwrap().latest().unwrap();
     // More than there are places, each of which is sent.
@@ -241,7 +241,7 @@ fn a_place_is_lent_once_and_some_are_kept_back() {
         own.place(&vec![byte; 20_001], &mut reference).then_some(reference)
     };
     let mut references = vec![place(0).unwrap()];
-    // The memory comes with a packet that is none of a session.
+    // The memory arrives with a packet of no session.
     assert_eq!(second.receive(&mut [0; 100], Duration::from_secs(20)).unwrap(), None);
     references.extend((1..).map_while(place));
     assert_eq!(references.len(), 32);

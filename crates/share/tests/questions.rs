@@ -11,7 +11,7 @@ use slate_blackboard::Board;
 use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
 use slate_module::encode_interface;
-use slate_share::peers::{Peer, PeerEvent, Want};
+use slate_share::peers::{Peer, PeerEvent, WantedProperty};
 use slate_share::session::{Application, DeliveryStatus, Event, Identity, Options, SendError, Session};
 
 /// Another agent that answers as it likes.
@@ -90,7 +90,7 @@ fn an_abandoned_query_keeps_its_place_until_it_is_answered() {
     // The other agent still has it, and no place for another one.
     assert_eq!(pair.peer.query("**", true), Err(SendError::Unanswered));
     pair.steps(5);
-    // The answer is nobody's, and makes room.
+    // The answer has no receiver, and frees its entry.
     pair.session.send_part(open[3], &[], true);
     pair.session.send_part(open[4], &[], true);
     pair.steps(5);
@@ -117,7 +117,7 @@ fn a_query_that_is_not_taken_has_no_answer() {
 }
 
 #[test]
-fn what_is_not_whole_of_all_answers_together_is_bounded() {
+fn incomplete_answers_are_bounded_in_total() {
     let mut pair = Pair::new();
     let open: Vec<u32> = (0..16).map(|_| pair.peer.query("**", true).unwrap()).collect();
     pair.steps(5);
@@ -167,7 +167,7 @@ fn a_message_is_accepted_once() {
 }
 
 #[test]
-fn whoever_waits_too_shortly_for_an_answer_can_ask_again() {
+fn query_can_be_repeated_after_timeout() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
     let arm = Agent::start(folder.setup("arm"));
@@ -191,7 +191,7 @@ fn whoever_waits_too_shortly_for_an_answer_can_ask_again() {
 }
 
 #[test]
-fn an_agent_that_is_asked_once_is_not_dialled_for_ever() {
+fn single_query_does_not_dial_forever() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
     let arm = Agent::start(folder.setup("arm"));
@@ -209,7 +209,7 @@ fn an_agent_that_is_asked_once_is_not_dialled_for_ever() {
 fn a_forgotten_agent_is_dialled_no_more_and_may_come_itself() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
-    // Nobody is there: it is forgotten at once, with all that shows of it.
+    // It is not reachable: it is removed at once, with its properties.
     base.peers.connect("arm", &folder.endpoint("arm")).unwrap();
     wait_for("what shows of it", || base.board.get("peers/arm/link").is_some());
     base.peers.forget("arm");
@@ -219,8 +219,8 @@ fn a_forgotten_agent_is_dialled_no_more_and_may_come_itself() {
     let arm = Agent::listening("arm", &folder);
     wait_for("the connection", || base.peers.is_connected("arm"));
     base.peers.forget("arm");
-    // Somebody may read something over it; when nobody does, it ends.
-    let id = arm.peers.subscribe("base", Want::new("peers/arm/link", Options::default())).unwrap();
+    // A connection without a reader ends.
+    let id = arm.peers.subscribe("base", WantedProperty::new("peers/arm/link", Options::default())).unwrap();
     wait_for("the link's state", || arm.board.get("agents/base/peers/arm/link").is_some());
     assert!(base.peers.is_connected("arm") && !base.peers.is_dialled("arm"));
     std::thread::sleep(Duration::from_secs(6));

@@ -14,7 +14,7 @@ use slate_blackboard::message::Mailbox;
 use slate_runtime::sharing::Unread;
 use slate_share::carrier::Carrier;
 use slate_share::carrier::local::Local;
-use slate_share::peers::{Allowance, Notice, PeerEvent, Rights, Setup, Status, Want};
+use slate_share::peers::{Allowance, Notice, PeerEvent, Rights, Setup, Status, WantedProperty};
 use slate_share::session::{Application, DeliveryStatus, Event, Identity, Limits, Options, Session};
 
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
@@ -26,7 +26,7 @@ fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
 }
 
 #[test]
-fn an_agent_may_do_what_is_said_and_nothing_else() {
+fn agent_has_exactly_its_listed_rights() {
     let folder = Folder::new();
     let rights = rights(&[("arm", &["drive/*"], &["drive/commands"])]);
     let base = Agent::start(Setup { rights, ..setup("base") }.listen(&folder.endpoint("base")));
@@ -40,7 +40,7 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
     write(&mut secret, 4);
     let arm = Agent::start(setup("arm"));
     arm.peers.connect("base", &folder.endpoint("base")).unwrap();
-    let want = |path| Want::new(path, Options::default());
+    let want = |path| WantedProperty::new(path, Options::default());
     arm.peers.subscribe("base", want("drive/speed")).unwrap();
     let refused = arm.peers.subscribe("base", want("vault/secret")).unwrap();
     let missing = arm.peers.subscribe("base", want("drive/sped")).unwrap();
@@ -104,7 +104,7 @@ fn an_execute_with_a_plan_takes_none_of_another_agent() {
 }
 
 #[test]
-fn a_value_that_is_not_told_says_why() {
+fn unreadable_value_has_a_reason() {
     let folder = Folder::new();
     let rights = rights(&[("arm", &["camera/*"], &["drive/*"])]);
     let base = Agent::start(Setup { rights, ..setup("base") }.listen(&folder.endpoint("base")));
@@ -135,7 +135,7 @@ fn a_value_that_is_not_told_says_why() {
 }
 
 #[test]
-fn who_is_not_named_may_not_connect() {
+fn unnamed_agent_may_not_connect() {
     let folder = Folder::new();
     let setup_base = Setup { rights: rights(&[("arm", &[], &[])]), ..setup("base") };
     let base = Agent::start(setup_base.listen(&folder.endpoint("base")));

@@ -25,7 +25,7 @@ fn refused(text: &str) -> (String, String) {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_with_its_place() {
+fn invalid_settings_are_refused_with_place() {
     let (message, help) = refused("[share.security]\ncertificate = \"base.pem\"\n");
     assert!(message.contains("[share.security] lacks `key`"), "{message}");
     assert!(help.contains("belong together"), "{help}");
@@ -76,7 +76,7 @@ fn endpoint_of_zenoh_names_the_table_that_has_it() {
 
 #[cfg(not(feature = "tls"))]
 #[test]
-fn what_needs_tls_says_how_to_get_it() {
+fn missing_tls_support_has_remedy() {
     let (message, _) = refused("[share]\nlisten = \"tls:127.0.0.1:7447\"\n");
     assert!(message.contains("the feature `tls`"), "{message}");
     let files = "certificate = \"a.pem\"\nkey = \"a.key\"\nauthority = \"b.pem\"\n";
@@ -109,7 +109,7 @@ fn a_setup_that_leaves_the_machine_unprotected_is_refused() {
     assert!(message.contains("is that of `arm`, and this agent is `base`"), "{message}");
     assert!(message.starts_with("4: "), "{message}");
     assert!(help.contains("common name (CN) `base`"), "{help}");
-    // Its own one says who it is; who else may come in has to be said too.
+    // Its own certificate is its identity; the rights of others are required too.
     let issuer = Authority::new(&folder.path(""), "others");
     let own = issuer.sign("base");
     let files = format!(

@@ -10,7 +10,7 @@ use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Store};
 use slate_module::{Interface, interface};
-use slate_share::peers::{Peer, Want};
+use slate_share::peers::{Peer, WantedProperty};
 use slate_share::session::{Identity, Limits, Options};
 
 /// Which start of its agent wrote a value, and which of its values it is.
@@ -135,7 +135,7 @@ impl Agent {
                 let wake = Arc::new(Wake::new());
                 let mut peer = Peer::new(&board, identity.clone(), &name(other), Limits::default(), &wake);
                 let mut want = |path: &str, options| {
-                    let want = Want::new(path, options).expect(Count::DESCRIPTOR, 0).depth(1024);
+                    let want = WantedProperty::new(path, options).expect(Count::DESCRIPTOR, 0).depth(1024);
                     peer.subscribe(want).unwrap()
                 };
                 let value = want("out/value", Options::default());
@@ -294,7 +294,7 @@ impl World {
 }
 
 #[test]
-fn what_is_lost_on_the_way_comes_again() {
+fn lost_messages_are_retransmitted() {
     for seed in 0..20 {
         let count = 2 + (seed as usize % 3);
         let mut world = World::new(seed, count, Weather { loss: 30, double: 10, delay: 50 });
@@ -339,7 +339,7 @@ fn a_cut_that_is_mended_leaves_no_trace_but_what_is_counted() {
 }
 
 #[test]
-fn whoever_is_started_again_is_seen_again() {
+fn restarted_agent_is_found_again() {
     for seed in 300..320 {
         let count = 2 + (seed as usize % 7);
         let mut world = World::new(seed, count, Weather { loss: 10, double: 5, delay: 20 });

@@ -92,7 +92,7 @@ fn found(agent: &Agent) -> (Vec<String>, usize) {
 }
 
 #[test]
-fn what_a_failed_step_stated_is_written_again() {
+fn facts_of_failed_step_are_written_again() {
     let mut agent = agent();
     say(&mut agent, 1, 0, true);
     assert_eq!(found(&agent).0.len(), 0, "what the step wrote is dropped");
@@ -101,7 +101,7 @@ fn what_a_failed_step_stated_is_written_again() {
 }
 
 #[test]
-fn what_is_taken_back_is_there_for_some_seconds() {
+fn retraction_is_kept_for_some_seconds() {
     let mut agent = agent();
     say(&mut agent, 50, 0, false);
     say(&mut agent, 0, 40, false);
@@ -120,7 +120,7 @@ fn each_retraction_has_its_turn_where_there_is_little_room() {
     say(&mut agent, 0, 2000, false);
     assert_eq!(agent.board().read("keeper/accepted/count").unwrap().unwrap().0, Value::Integer(1024));
     let mut seen = std::collections::BTreeSet::new();
-    // As often as whoever passes them on looks.
+    // As often as the forwarder polls.
     for _ in 0..90 {
         seen.extend(found(&agent).0);
         steps(&mut agent, 2);

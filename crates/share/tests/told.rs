@@ -87,7 +87,7 @@ proptest! {
 }
 
 #[test]
-fn what_waits_is_bounded_and_needs_a_connection() {
+fn pending_messages_are_bounded_and_need_connection() {
     let mut pair = pair();
     assert!(!pair[0].send_knowledge(b"nobody is there"));
     exchange(&mut pair, 1, 1024, || true);
@@ -128,8 +128,8 @@ proptest! {
         let mut team: Vec<Member> =
             names.iter().map(|name| Member::new(name, robot_number(name), None).unwrap()).collect();
         for i in 1..names.len() {
-            team[i].add_neighbour(names[i - 1]).unwrap();
-            team[i - 1].add_neighbour(names[i]).unwrap();
+            team[i].add_neighbor(names[i - 1]).unwrap();
+            team[i - 1].add_neighbor(names[i]).unwrap();
         }
         let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
         let mut wanted = std::collections::BTreeMap::new();
@@ -160,8 +160,8 @@ proptest! {
 #[test]
 fn interfaces_travel_with_the_facts() {
     let mut team = [Member::new("a", 1, None).unwrap(), Member::new("b", 2, None).unwrap()];
-    team[0].add_neighbour("b").unwrap();
-    team[1].add_neighbour("a").unwrap();
+    team[0].add_neighbor("b").unwrap();
+    team[1].add_neighbor("a").unwrap();
     let descriptor = FactTable::<Place>::DESCRIPTOR;
     let layout = Layout::of(descriptor).unwrap();
     assert_eq!(layout.value_size(), 8);
@@ -176,7 +176,7 @@ fn interfaces_travel_with_the_facts() {
 #[test]
 fn a_robot_that_takes_no_part_is_polled_ever_less_but_kept() {
     let mut member = Member::new("a", 1, None).unwrap();
-    member.add_neighbour("silent").unwrap();
+    member.add_neighbor("silent").unwrap();
     let mut told = |ticks: usize| {
         (0..ticks)
             .map(|_| {
@@ -205,7 +205,7 @@ impl Loss {
     }
 }
 
-/// A team of those that state something and then say nothing new, and how many neighbours the first and the others have at
+/// A team of those that state something and then say nothing new, and how many neighbors the first and the others have at
 /// least from then on.
 fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (usize, usize) {
     let names: Vec<String> = (0..robots).map(|robot| format!("r{robot}")).collect();
@@ -214,7 +214,7 @@ fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (
     let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
     for (robot, member) in team.iter_mut().enumerate() {
         let others = (0..robots).filter(|other| *other != robot && knows(robot, *other));
-        others.for_each(|other| member.add_neighbour(&names[other]).unwrap());
+        others.for_each(|other| member.add_neighbor(&names[other]).unwrap());
         member.state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
     }
     let mut loss = Loss { state: 0x9e37_79b9_7f4a_7c15, percent };
@@ -233,14 +233,14 @@ fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (
                 }
             }
         }
-        let others = team[1..].iter().map(Member::neighbours).min().unwrap();
-        least = (least.0.min(team[0].neighbours()), least.1.min(others));
+        let others = team[1..].iter().map(Member::neighbors).min().unwrap();
+        least = (least.0.min(team[0].neighbors()), least.1.min(others));
     }
     least
 }
 
 #[test]
-fn nobody_drops_out_of_a_large_team_because_it_is_quiet() {
+fn quiet_robots_stay_in_a_large_team() {
     for percent in [0, 30] {
         assert_eq!(quiet(32, |_, _| true, percent), (31, 31), "all know all, {percent} % are lost");
         let star = quiet(32, |one, other| one == 0 || other == 0, percent);
@@ -248,19 +248,19 @@ fn nobody_drops_out_of_a_large_team_because_it_is_quiet() {
     }
 }
 
-/// Beside the interface of places, so that another one has to be told.
+/// Beside the interface of places, so that another one must be sent.
 #[interface]
 #[derive(PartialEq)]
-pub struct Colour {
+pub struct Color {
     /// How red.
     pub red: f64,
 }
 
 #[test]
-fn an_interface_that_had_no_room_is_told_when_there_is_some() {
+fn interface_is_sent_once_it_fits() {
     let mut member = Member::new("a", 1, None).unwrap();
     let places = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
-    let colours = Layout::of(FactTable::<Colour>::DESCRIPTOR).unwrap();
+    let colors = Layout::of(FactTable::<Color>::DESCRIPTOR).unwrap();
     let value = |length: usize| vec![0; length];
     for length in [4096, 1024, 64] {
         let mut key = 0;
@@ -269,38 +269,38 @@ fn an_interface_that_had_no_room_is_told_when_there_is_some() {
         }
         assert!(key > 0 || length < 4096);
     }
-    let mut state = || member.state(2, ("colours", "sky"), &colours, 1.0, &[0; 8]);
+    let mut state = || member.state(2, ("colours", "sky"), &colors, 1.0, &[0; 8]);
     assert!(state().is_err() && state().is_err(), "there is no room");
     for key in 0..8 {
         member.retract(3, "places", &format!("4096 {key}")).unwrap();
     }
-    member.state(4, ("colours", "sky"), &colours, 1.0, &[0; 8]).unwrap();
-    assert!(member.interface(FactTable::<Colour>::DESCRIPTOR.hash).is_some());
+    member.state(4, ("colours", "sky"), &colors, 1.0, &[0; 8]).unwrap();
+    assert!(member.interface(FactTable::<Color>::DESCRIPTOR.hash).is_some());
 }
 
 #[test]
-fn who_is_heard_is_met_until_it_is_silent() {
+fn peer_is_member_until_it_is_silent() {
     let mut team = [Member::new("a", 1, None).unwrap(), Member::new("b", 2, None).unwrap()];
     let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
-    team[1].add_neighbour("a").unwrap();
+    team[1].add_neighbor("a").unwrap();
     team[1].state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
     // It was said to be gone, after it had come.
-    team[0].add_neighbour("b").unwrap();
-    team[0].remove_neighbour("b");
+    team[0].add_neighbor("b").unwrap();
+    team[0].remove_neighbor("b");
     rounds(&mut team, 3);
-    assert_eq!((team[0].neighbours(), team[1].neighbours()), (1, 1));
+    assert_eq!((team[0].neighbors(), team[1].neighbors()), (1, 1));
     assert!(team[0].known().contains_key("places"));
     // What came last of one that is really gone.
     team[1].tick();
     let (_, last) = team[1].outgoing().unwrap();
-    team[0].remove_neighbour("b");
+    team[0].remove_neighbor("b");
     team[0].receive("b", &last).unwrap();
     let mut told = 0;
     for _ in 0..1000 {
         team[0].tick();
         told += std::iter::from_fn(|| team[0].outgoing().map(drop)).count();
     }
-    assert_eq!(team[0].neighbours(), 0);
+    assert_eq!(team[0].neighbors(), 0);
     assert!(told < 30, "it is not tried again: {told}");
 }
 

@@ -1,4 +1,4 @@
-//! Topics of other robots, which nobody here has asked for.
+//! Topics of other robots, without a local demand.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
@@ -99,7 +99,7 @@ impl Odd {
         std::mem::take(&mut *self.heard.lock().unwrap())
     }
 
-    fn tell(&self, message: &[u8]) {
+    fn send(&self, message: &[u8]) {
         self.agent.peers.send_knowledge("one", message);
     }
 
@@ -107,7 +107,7 @@ impl Odd {
         member.tick();
         self.heard().iter().for_each(|bytes| member.receive("one", bytes).unwrap());
         while let Some((_, message)) = member.outgoing() {
-            self.tell(&message);
+            self.send(&message);
         }
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -118,7 +118,7 @@ fn topics_of_others_are_shown_as_far_as_there_is_room() {
     let folder = Folder::new();
     let (robot, odd) = (Robot::start(&folder), Odd::start(&folder));
     let mut member = Member::new("odd", 1, None).unwrap();
-    member.add_neighbour("one").unwrap();
+    member.add_neighbor("one").unwrap();
     let layout = Layout::of(FactTable::<Victim>::DESCRIPTOR).unwrap();
     for i in 0..100 {
         // A configuration would not let it state the former.
@@ -142,13 +142,13 @@ fn topics_of_others_are_shown_as_far_as_there_is_room() {
 }
 
 #[test]
-fn what_cant_be_shown_is_logged_once() {
+fn undisplayable_value_is_logged_once() {
     let folder = Folder::new();
     let (robot, odd) = (Robot::start(&folder), Odd::start(&folder));
     let one = robot_number("one");
     // It says nothing of the interface.
     let mut replica = Replica::new(robot_number("odd"), 1, Member::limits());
-    replica.add_neighbour(one);
+    replica.add_neighbor(one);
     let state = |replica: &mut Replica, topic: usize, value: u64| {
         let statement = Statement { schema: 7, certainty: 1.0, value: &value.to_le_bytes() };
         replica.state(value, format!("topic_{topic:02}:here").as_bytes(), statement).unwrap();
@@ -159,7 +159,7 @@ fn what_cant_be_shown_is_logged_once() {
         replica.tick();
         odd.heard().iter().for_each(|bytes| replica.receive(one, bytes).unwrap());
         while let Some(message) = replica.outgoing() {
-            odd.tell(&message.bytes);
+            odd.send(&message.bytes);
         }
         std::thread::sleep(Duration::from_millis(5));
         if round > 200 && robot.number("facts") == 100 {

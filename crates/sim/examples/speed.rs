@@ -1,5 +1,5 @@
 //! Benchmark of the real-time factor of wandering Pioneers with 16 sonars at 10 Hz.
-//! They are among boxes, with one robot per 4 square metres: `cargo run --release -p slate-sim --example speed`.
+//! They are among boxes, with one robot per 4 square meters: `cargo run --release -p slate-sim --example speed`.
 //! Numbers of robots can be named behind `--`.
 //!
 //! A step of the physics is 10 ms long, and every tenth ends with the sonars' sweep. With a `rate` of 3 Hz each sonar
@@ -17,7 +17,7 @@ use slate_sim::script::RandomWalk;
 use slate_sim::world::{Body, Bounds, Scenery, World};
 use slate_sim::{Placement, Simulation};
 
-/// Metres from robot to robot at the start.
+/// Meters from robot to robot at the start.
 const SPACING: f64 = 2.0;
 
 const STEP: u64 = 10_000_000;

@@ -15,7 +15,7 @@ pub const GRAZE: f64 = 0.0005;
 pub const CAUSE_SPEED: f64 = 0.01;
 
 /// Separation time after which a pair touches anew, ns.
-pub const APART: u64 = 100_000_000;
+pub const SEPARATION_TIME: u64 = 100_000_000;
 
 /// Beginning of a contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

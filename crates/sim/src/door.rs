@@ -90,14 +90,14 @@ impl DoorDescription {
             ("to", is_finite(self.to), "expected a point such as [1.0, 2.0]"),
             ("to", (0.2..=20.0).contains(&length), "expected a point from 0.2 to 20 m from `from`"),
             ("thickness", (0.01..=1.0).contains(&self.thickness), "expected from 0.01 to 1 m"),
-            ("distance", is_positive(self.distance), "expected a positive number of metres"),
+            ("distance", is_positive(self.distance), "expected a positive number of meters"),
             ("period", is_positive(self.period), "expected a positive number of seconds"),
             (
                 "open_time",
                 is_positive(self.open_time) && self.open_time < self.period,
                 "expected a positive number of seconds, less than `period`",
             ),
-            ("speed", is_positive(self.speed), "expected a positive number of metres per second"),
+            ("speed", is_positive(self.speed), "expected a positive number of meters per second"),
         ];
         let wrong = checks.into_iter().find(|(_, right, _)| !right);
         wrong.map_or(Ok(()), |(key, _, message)| {
@@ -184,7 +184,7 @@ impl Door {
                 now < self.held_until
             }
         };
-        // Nobody is caught between the leaf and the frame.
+        // The leaf never closes on a body.
         is_wanted || (self.opening > 0.0 && nearest() < SAFE_DISTANCE + self.description.thickness / 2.0)
     }
 }

@@ -13,9 +13,9 @@ pub struct DescriptionError {
     pub source_name: String,
     /// Error and expectation.
     pub message: String,
-    /// Byte range of the mistake in the file, if known.
+    /// Byte range of the error in the file, if known.
     pub span: Option<Range<usize>>,
-    /// Line and column of the mistake, both from 1.
+    /// Line and column of the error, both from 1.
     pub position: Option<(usize, usize)>,
 }
 

@@ -213,7 +213,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Creates a square around a point, `reach` metres to each side.
+    /// Creates a square around a point, `reach` meters to each side.
     pub fn around(center: Point, reach: f64) -> Self {
         let reach = Point::new(reach, reach);
         Self { minimum: center.minus(reach), maximum: center.plus(reach, 1.0) }
@@ -226,7 +226,7 @@ impl Extent {
         Self { minimum: least(self.minimum, other.minimum), maximum: greatest(self.maximum, other.maximum) }
     }
 
-    /// Returns the distance of a point, metres; 0 inside.
+    /// Returns the distance of a point, meters; 0 inside.
     pub fn distance(&self, point: Point) -> f64 {
         let beyond = |low: f64, value: f64, high: f64| max(max(low - value, value - high), 0.0);
         let x = beyond(self.minimum.x, point.x, self.maximum.x);

@@ -1,4 +1,4 @@
-//! Uniform grid for neighbour queries.
+//! Uniform grid for neighbor queries.
 
 use serde::{Deserialize, Serialize};
 use slate_module::math::{max, min};
@@ -6,7 +6,7 @@ use slate_module::math::{max, min};
 use crate::geometry::{Extent, Point};
 
 /// Number of items up to which a linear search is faster.
-const FEW: usize = 12;
+const LINEAR_SEARCH_LIMIT: usize = 12;
 
 /// Grid whose cells list the items that they contain.
 ///
@@ -14,7 +14,7 @@ const FEW: usize = 12;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Grid {
     minimum: Point,
-    cells_per_metre: f64,
+    cells_per_meter: f64,
     columns: u32,
     rows: u32,
     /// Index of each cell's first item, followed by the number of all items.
@@ -73,19 +73,19 @@ impl Grid {
         // Items in a line have no area.
         let narrowest = max(size.x, size.y) / count as f64;
         let area = max(size.x, narrowest) * max(size.y, narrowest);
-        if count <= FEW || !(area.is_finite() && area > 0.0) {
-            self.cells_per_metre = 0.0;
+        if count <= LINEAR_SEARCH_LIMIT || !(area.is_finite() && area > 0.0) {
+            self.cells_per_meter = 0.0;
             return;
         }
-        self.cells_per_metre = (count as f64 / area).sqrt();
-        let cells = |length: f64| max(min(length * self.cells_per_metre, count as f64), 1.0) as u32;
+        self.cells_per_meter = (count as f64 / area).sqrt();
+        let cells = |length: f64| max(min(length * self.cells_per_meter, count as f64), 1.0) as u32;
         (self.columns, self.rows) = (cells(size.x), cells(size.y));
     }
 
     fn span(&self, extent: &Extent) -> Span {
         // A float that is too low for a number becomes 0.
         let cell = |value: f64, least: f64, count: u32| {
-            (((value - least) * self.cells_per_metre) as u32).min(count.saturating_sub(1))
+            (((value - least) * self.cells_per_meter) as u32).min(count.saturating_sub(1))
         };
         let column = |x: f64| cell(x, self.minimum.x, self.columns);
         let row = |y: f64| cell(y, self.minimum.y, self.rows);
@@ -107,7 +107,7 @@ impl Grid {
                 let cell = (row * self.columns + column) as usize;
                 for item in &self.items[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
                     let own = &self.spans[*item as usize];
-                    // An item of many cells is told in the first that both have.
+                    // An item of several cells is reported in the first common cell.
                     if column == own.columns.0.max(span.columns.0) && row == own.rows.0.max(span.rows.0) {
                         found(*item as usize);
                     }
@@ -125,7 +125,7 @@ impl Grid {
 
     /// Returns the side of a cell, m; infinite for a single one.
     pub fn cell_size(&self) -> f64 {
-        1.0 / self.cells_per_metre
+        1.0 / self.cells_per_meter
     }
 }
 

@@ -62,14 +62,14 @@ impl LaserScanner {
 
     /// Measures from robot number `own` if a scan is due.
     /// `nearby` is scratch memory that many robots share.
-    pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
+    pub fn measure(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
         let LaserDescription { rate, range_max, .. } = self.description;
         if rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {
             return;
         }
         self.last = Some(now);
         let aside = self.place.norm();
-        surroundings.look_beyond_map(own, range_max, aside, nearby);
+        surroundings.find_near_outside_map(own, range_max, aside, nearby);
         let frame = surroundings.robots()[own].frame();
         let origin = frame.apply(self.place);
         self.distances.clear();
@@ -88,15 +88,15 @@ impl LaserScanner {
 
 /// Margin of the test for missed bodies, m.
 /// A body that a beam hits is not left out by rounding.
-const SLACK: f64 = 1e-9;
+const ROUNDING_MARGIN: f64 = 1e-9;
 
 /// Returns the range to the nearest edge along a beam; infinite for none, m.
-/// The beam begins `aside` metres off the reference point.
+/// The beam begins `aside` meters off the reference point.
 fn nearest_along(origin: Point, beam: Point, nearby: &Nearby, aside: f64) -> f64 {
     let mut nearest = f64::INFINITY;
     for (body, edges) in nearby.bodies() {
         // The nearest bodies come first.
-        if body.distance - aside - SLACK > nearest {
+        if body.distance - aside - ROUNDING_MARGIN > nearest {
             break;
         }
         if passes(origin, beam, body) {
@@ -120,6 +120,6 @@ fn nearest_along(origin: Point, beam: Point, nearby: &Nearby, aside: f64) -> f64
 
 /// Returns whether a beam misses the bounding circle of a body.
 fn passes(origin: Point, beam: Point, body: &NearBody) -> bool {
-    let (to, radius) = (body.center.minus(origin), body.radius + SLACK);
+    let (to, radius) = (body.center.minus(origin), body.radius + ROUNDING_MARGIN);
     beam.cross(to).abs() > radius || beam.dot(to) < -radius
 }

@@ -85,7 +85,7 @@ impl Layout {
             let mut random = Random::new(seed, &format!("layout/{name}"));
             // A robot of another configuration takes no room.
             let Some(outline) = outlines.get(name) else { continue };
-            let mut draws = (0..TRIES).map(|_| self.start_offset.of(*pose, &mut random));
+            let mut draws = (0..MAX_ATTEMPTS).map(|_| self.start_offset.of(*pose, &mut random));
             let fits =
                 |pose: &Pose| taken.iter().all(|other| placed(outline, pose).gap(other).distance > 0.0);
             let drawn = draws.find(fits).ok_or_else(|| {
@@ -116,14 +116,14 @@ pub struct ObstructedWay {
     pub disturber_start: [f64; 4],
     /// Side of the box, m.
     pub box_size: f64,
-    /// Largest distance of the box's centre from the straight path, m.
+    /// Largest distance of the box's center from the straight path, m.
     pub box_offset: f64,
     /// Clearance of the robot at the start, m.
     pub start_clearance: f64,
 }
 
 /// Maximum number of attempts to draw a layout.
-const TRIES: usize = 10_000;
+const MAX_ATTEMPTS: usize = 10_000;
 
 /// Random starts in areas of the robots, clear of each other and of static bodies.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -167,7 +167,7 @@ impl Scattered {
             return Err(no_robot(&setting, name, outlines));
         }
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
-        for _ in 0..TRIES {
+        for _ in 0..MAX_ATTEMPTS {
             let mut robots = BTreeMap::new();
             let mut bodies: Vec<Polygon> = Vec::new();
             for (name, [west, east, south, north]) in &self.robots {
@@ -236,7 +236,7 @@ impl ObstructedWay {
         let robot = outline("robot", &self.robot)?;
         let disturber = outline("disturber", &self.disturber)?;
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
-        for _ in 0..TRIES {
+        for _ in 0..MAX_ATTEMPTS {
             let [west, east, south, north] = self.start;
             let start = Pose {
                 x: random.uniform(west, east),

@@ -62,7 +62,7 @@ pub fn plugin() -> Plugin {
         [
             ModuleKind::instance::<Simulator>(
                 "simulator",
-                "Lets a world go on, and shows what its robots' sensors measure.",
+                "Steps a world, and publishes the measurements of its robots' sensors.",
             ),
             ModuleKind::instance::<Referee>("referee", "Judges whether a robot reaches its goals in time."),
             ModuleKind::instance::<PursuitReferee>(

@@ -24,7 +24,7 @@ pub fn map_path(map: &WorldMap, bodies: &[Polygon], from: Point, to: Point, radi
     Some(grid.pulled(&cells, from, to))
 }
 
-/// Free space of a disc's centre, as grid cells.
+/// Free space of a disc's center, as grid cells.
 struct DiscGrid {
     geometry: Geometry,
     is_free: Vec<bool>,
@@ -77,7 +77,7 @@ impl DiscGrid {
         None
     }
 
-    /// Returns the neighbours of a cell, with their distances in 1/1000 cells.
+    /// Returns the neighbors of a cell, with their distances in 1/1000 cells.
     fn neighbors(&self, cell: usize) -> impl Iterator<Item = (usize, u32)> {
         let Geometry { width, height, .. } = self.geometry;
         let (column, row) = ((cell % width) as i64, (cell / width) as i64);

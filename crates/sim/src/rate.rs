@@ -3,7 +3,7 @@
 /// Returns whether a periodic action of `rate` Hz was due since `last`, ns.
 /// `share` is the phase: a delay as a share of the period.
 ///
-/// The first time that it is asked, without a `last`, everything has its turn.
+/// On the first call, without a `last`, everything is due.
 pub fn due(rate: f64, share: f64, last: Option<u64>, now: u64) -> bool {
     let Some(last) = last else { return true };
     let between = 1e9 / rate;

@@ -70,7 +70,7 @@ impl RobotSensor {
     }
 
     /// Measures from robot number `own` if a measurement is due.
-    pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64) {
+    pub fn measure(&mut self, own: usize, surroundings: &Surroundings, now: u64) {
         if self.description.rate.is_some_and(|rate| !due(rate, 0.0, self.turn, now)) {
             return;
         }
@@ -163,7 +163,7 @@ impl Eye {
         let width = sides[1].minus(sides[0]);
         let end = |ray: u32| sides[0].plus(width, (f64::from(ray) + 0.5) / f64::from(RAYS));
         let mut open =
-            (0..RAYS).filter(|ray| self.looks_at(end(*ray))).fold(0_u32, |rays, ray| rays | 1 << ray);
+            (0..RAYS).filter(|ray| self.is_in_view(end(*ray))).fold(0_u32, |rays, ray| rays | 1 << ray);
         for &other in near.iter().filter(|other| **other != number) {
             let (place, size) = surroundings.circle(other);
             let nearest = crate::geometry::nearest_on(self.origin, center, place);
@@ -180,7 +180,7 @@ impl Eye {
         f64::from(open.count_ones()) / f64::from(RAYS)
     }
 
-    fn looks_at(&self, point: Point) -> bool {
+    fn is_in_view(&self, point: Point) -> bool {
         let way = point.minus(self.origin);
         atan2(self.axis.cross(way), self.axis.dot(way)).abs() <= self.half_field
     }

@@ -105,7 +105,7 @@ impl Section {
     }
 
     fn check_scenery(&self) -> Result<(), DescriptionError> {
-        let Some((path, message)) = self.scenery.mistake() else { return Ok(()) };
+        let Some((path, message)) = self.scenery.error_code() else { return Ok(()) };
         let mut setting = String::from("world.scenery");
         let mut number = String::new();
         for step in path {
@@ -293,7 +293,7 @@ pub struct Scenario {
     pub imus: BTreeSet<String>,
     /// Faults of the robots' sensors.
     pub faults: BTreeMap<String, Vec<Fault>>,
-    /// People who walk, and doors.
+    /// Walking people, and doors.
     pub moving: MovingBodies,
 }
 

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::DocumentStep;
 
 /// Largest number of objects of a kind in a world.
-const MOST: usize = 256;
+const MAX_OBJECTS: usize = 256;
 /// Largest coordinate or length, m.
-const FAR: f64 = 1e5;
+const MAX_COORDINATE: f64 = 1e5;
 /// Number of tags of the family 16h5.
 const TAGS: u32 = 30;
 /// Longest text of a QR code, bytes.
@@ -36,7 +36,7 @@ pub struct Scenery {
     pub signs: Vec<SignDescription>,
     /// Victims.
     pub victims: Vec<VictimDescription>,
-    /// Decoys: objects in the colours of victims.
+    /// Decoys: objects in the colors of victims.
     pub decoys: Vec<DecoyDescription>,
     /// Fires.
     pub fires: Vec<FireDescription>,
@@ -50,7 +50,7 @@ pub enum Material {
     Brick,
     /// Plain concrete.
     Concrete,
-    /// Stones of some centimetres.
+    /// Stones of some centimeters.
     Gravel,
     /// Painted sheet.
     Metal,
@@ -66,7 +66,7 @@ pub enum Material {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorDescription {
-    /// Centre, m.
+    /// Center, m.
     pub center: [f64; 2],
     /// Extent along x and along y, m.
     pub size: [f64; 2],
@@ -83,7 +83,7 @@ pub struct FloorDescription {
 pub struct SignDescription {
     /// Name.
     pub name: String,
-    /// Centre, m.
+    /// Center, m.
     /// The sign is rendered 5 mm in front of it, so that it may be on a wall.
     pub position: [f64; 3],
     /// Direction that it faces, rad.
@@ -117,7 +117,7 @@ pub enum Posture {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VictimDescription {
-    /// Name, which determines the colours of skin and clothes.
+    /// Name, which determines the colors of skin and clothes.
     pub name: String,
     /// Middle of the lower edge, m: x, y and z.
     pub position: [f64; 3],
@@ -136,19 +136,19 @@ pub struct VictimDescription {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DecoyShape {
-    /// Ball in the colour of skin.
+    /// Ball in the color of skin.
     Ball,
-    /// Cloth in the colours of clothes.
+    /// Cloth in the colors of clothes.
     Cloth,
-    /// Board in the colour of skin.
+    /// Board in the color of skin.
     Board,
 }
 
-/// Decoy: an object in the colours of victims.
+/// Decoy: an object in the colors of victims.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DecoyDescription {
-    /// Name, which determines its colours.
+    /// Name, which determines its colors.
     pub name: String,
     /// Middle of the lower edge, m: x, y and z.
     pub position: [f64; 3],
@@ -190,7 +190,7 @@ impl Scenery {
     }
 
     /// Returns the path of an invalid value, and the expectation.
-    pub(crate) fn mistake(&self) -> Option<SceneryMistake<'static>> {
+    pub(crate) fn error_code(&self) -> Option<SceneryMistake<'static>> {
         let heights = [("wall_height", self.wall_height), ("ceiling", self.ceiling)];
         for (key, height) in heights {
             if !height.is_none_or(|height| height > 0.0 && height <= 100.0) {
@@ -214,16 +214,18 @@ impl Scenery {
         fn first<'a, T: 'a>(
             table: &'static str,
             things: &'a [T],
-            mistake: impl Fn(&'a T) -> Option<(&'static str, String)>,
+            error_code: impl Fn(&'a T) -> Option<(&'static str, String)>,
         ) -> Option<(&'static str, usize, &'static str, String)> {
-            if things.len() > MOST {
-                return Some((table, MOST, "", format!("expected at most {MOST} of them")));
+            if things.len() > MAX_OBJECTS {
+                return Some((table, MAX_OBJECTS, "", format!("expected at most {MAX_OBJECTS} of them")));
             }
             let mut all = things.iter().enumerate();
-            all.find_map(|(index, thing)| mistake(thing).map(|(key, message)| (table, index, key, message)))
+            all.find_map(|(index, thing)| {
+                error_code(thing).map(|(key, message)| (table, index, key, message))
+            })
         }
-        first("floors", &self.floors, FloorDescription::mistake)
-            .or_else(|| first("signs", &self.signs, SignDescription::mistake))
+        first("floors", &self.floors, FloorDescription::error_code)
+            .or_else(|| first("signs", &self.signs, SignDescription::error_code))
             .or_else(|| {
                 first("victims", &self.victims, |victim| {
                     place(&victim.position).or_else(|| turn(victim.theta))
@@ -239,8 +241,8 @@ impl Scenery {
 }
 
 fn place(position: &[f64]) -> Option<(&'static str, String)> {
-    let is_near = position.iter().all(|value| value.abs() <= FAR);
-    (!is_near).then(|| ("position", "expected coordinates in metres, up to 100000".into()))
+    let is_near = position.iter().all(|value| value.abs() <= MAX_COORDINATE);
+    (!is_near).then(|| ("position", "expected coordinates in meters, up to 100000".into()))
 }
 
 fn turn(theta: f64) -> Option<(&'static str, String)> {
@@ -253,13 +255,13 @@ fn extent(size: [f64; 2]) -> Option<(&'static str, String)> {
 }
 
 impl FloorDescription {
-    fn mistake(&self) -> Option<(&'static str, String)> {
-        let is_size = self.size.iter().all(|side| *side > 0.0 && *side <= FAR);
-        if !self.center.iter().all(|value| value.abs() <= FAR) {
-            return Some(("center", "expected coordinates in metres, up to 100000".into()));
+    fn error_code(&self) -> Option<(&'static str, String)> {
+        let is_size = self.size.iter().all(|side| *side > 0.0 && *side <= MAX_COORDINATE);
+        if !self.center.iter().all(|value| value.abs() <= MAX_COORDINATE) {
+            return Some(("center", "expected coordinates in meters, up to 100000".into()));
         }
         if !is_size {
-            return Some(("size", "expected two positive lengths in metres".into()));
+            return Some(("size", "expected two positive lengths in meters".into()));
         }
         let is_share = (0.0..=1.0).contains(&self.roughness);
         (!is_share).then(|| ("roughness", "expected a number from 0 to 1".into()))
@@ -267,7 +269,7 @@ impl FloorDescription {
 }
 
 impl SignDescription {
-    fn mistake(&self) -> Option<(&'static str, String)> {
+    fn error_code(&self) -> Option<(&'static str, String)> {
         if !(self.size >= 0.01 && self.size <= 10.0) {
             return Some(("size", "expected a side from 0.01 to 10 m".into()));
         }

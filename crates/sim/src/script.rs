@@ -11,7 +11,7 @@ use crate::robot::SonarDescription;
 use crate::sonar::Echo;
 
 /// Largest direction of a sonar that counts as ahead, degrees.
-const AHEAD: f64 = 60.0;
+const MAX_BEARING_AHEAD: f64 = 60.0;
 
 /// Random walk: straight, with random new headings, away from obstacles ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,11 +58,11 @@ impl Wanderer {
             directions.filter(|(_, degrees)| range.contains(*degrees)).fold(0, |mask, (i, _)| mask | 1 << i)
         };
         // One that looks straight ahead looks to both sides.
-        let ahead = (among(0.0..=AHEAD), among(-AHEAD..=0.0));
+        let ahead = (among(0.0..=MAX_BEARING_AHEAD), among(-MAX_BEARING_AHEAD..=0.0));
         if !walk.blind && (ahead.0 == 0 || ahead.1 == 0) {
             return Err(format!(
-                "its script listens for what is ahead, and its sonars do not look to both sides within {AHEAD} \
-                 degrees; choose a sonar profile that does, or say script = {{ blind = true }}"
+                "its script needs sonars ahead on both sides within {MAX_BEARING_AHEAD} degrees; choose a \
+                 profile that has them, or write script = {{ blind = true }}"
             ));
         }
         Ok(Self { walk, random, ahead, left: 0.0, turn: 0.0 })

@@ -1,4 +1,4 @@
-//! Location of a mistake in an unreadable `[world]` table.
+//! Location of an error in an unreadable `[world]` table.
 
 use serde_json::{Map, Value};
 use slate_module::blackboard::nearest_names;
@@ -18,7 +18,7 @@ pub(crate) fn misread(table: &Value, error: &str, read: SectionError) -> Descrip
     DescriptionError::new(&setting, reworded(error))
 }
 
-/// Adds the keys that lead to the mistake.
+/// Adds the keys that lead to the error.
 fn descend<'a>(inner: &'a Value, path: &mut Vec<&'a str>, error: &str, read: SectionError) {
     let Value::Object(entries) = inner else { return };
     let missing = error.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());

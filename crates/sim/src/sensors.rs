@@ -126,18 +126,18 @@ impl Sensors {
         if let Some(ring) = &mut self.sonar {
             let sounding = ring.sound(now);
             if sounding != 0 {
-                surroundings.look_around(own, ring.description().range_max, ring.aside(), nearby);
+                surroundings.find_near(own, ring.description().range_max, ring.aside(), nearby);
                 ring.sweep(sounding, surroundings.robots()[own].frame(), nearby, &mut self.echoes);
             }
         }
         if let Some(laser) = &mut self.laser {
-            laser.look(own, surroundings, now, nearby);
+            laser.measure(own, surroundings, now, nearby);
         }
         if let Some(sensor) = &mut self.robot_sensor {
-            sensor.look(own, surroundings, now);
+            sensor.measure(own, surroundings, now);
         }
         if let Some(camera) = &mut self.camera {
-            camera.look(own, (body, shaking), surroundings, now);
+            camera.measure(own, (body, shaking), surroundings, now);
         }
     }
 }

@@ -16,7 +16,7 @@ pub fn shortest_path(bodies: &[Polygon], from: Point, to: Point, radius: f64) ->
     let mut nodes = vec![from, to];
     for body in bodies {
         // Points on a circle around each corner that lie outside the body's other parts; a hair farther than the
-        // radius, so that the way between neighbours stays free.
+        // radius, so that the way between neighbors stays free.
         let reach = radius / cos(std::f64::consts::PI / ROUNDING as f64) + 1e-6;
         for corner in &body.points {
             for k in 0..ROUNDING {

@@ -29,12 +29,12 @@ struct Cone {
 
 /// Margin of the test for missed bodies, m.
 /// A body that is heard is not left out by rounding.
-const SLACK: f64 = 1e-9;
+const ROUNDING_MARGIN: f64 = 1e-9;
 
 impl Cone {
     /// Returns whether a body is behind the sonar or beyond a border of the cone.
     fn misses(&self, body: &NearBody) -> bool {
-        let (to, radius) = (body.center.minus(self.origin), body.radius + SLACK);
+        let (to, radius) = (body.center.minus(self.origin), body.radius + ROUNDING_MARGIN);
         self.axis.dot(to) < -radius || self.left.cross(to) > radius || self.right.cross(to) < -radius
     }
 }
@@ -83,7 +83,7 @@ impl SonarRing {
 
     /// Returns the largest distance of a sonar from the reference point, m.
     pub fn aside(&self) -> f64 {
-        self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max) + SLACK
+        self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max) + ROUNDING_MARGIN
     }
 
     /// Returns the bit mask of the sonars that fire at time `now`, ns.
@@ -122,7 +122,7 @@ impl SonarRing {
                 ),
             };
             let mut nearest = f64::INFINITY;
-            let aside = place.norm() + SLACK;
+            let aside = place.norm() + ROUNDING_MARGIN;
             for (body, edges) in nearby.bodies() {
                 if body.distance - aside > nearest {
                     break;
@@ -131,7 +131,7 @@ impl SonarRing {
                     continue;
                 }
                 for (a, b) in edges {
-                    if let Some(distance) = self.hear(&cone, *a, *b) {
+                    if let Some(distance) = self.edge_distance(&cone, *a, *b) {
                         nearest = min(nearest, distance);
                     }
                 }
@@ -145,7 +145,7 @@ impl SonarRing {
 
     /// Returns the distance to the nearest visible point of an edge in the cone.
     /// The edge must face the sonar within the maximum incidence.
-    fn hear(&self, cone: &Cone, a: Point, b: Point) -> Option<f64> {
+    fn edge_distance(&self, cone: &Cone, a: Point, b: Point) -> Option<f64> {
         let Cone { origin, axis, left, right } = *cone;
         let (a, b) = (a.minus(origin), b.minus(origin));
         // Most edges are not in the cone at all, and that is cheap to see.

@@ -1,4 +1,4 @@
-//! Static bodies and robots, with neighbourhood queries.
+//! Static bodies and robots, with neighborhood queries.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -65,7 +65,7 @@ pub struct NearBody {
     edges: Range<usize>,
     /// Lower bound of its distance from the robot's reference point, m.
     pub distance: f64,
-    /// Centre of its bounding circle.
+    /// Center of its bounding circle.
     pub center: Point,
     /// Radius of its bounding circle, m.
     pub radius: f64,
@@ -246,20 +246,20 @@ impl Surroundings {
     }
 
     /// Collects bodies that a robot's sensors can detect, with edges that face them.
-    /// The sensors are at most `aside` from its reference point and reach `range`, both in metres.
-    pub fn look_around(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
-        self.look_beyond(robot, range, aside, 0, into);
+    /// The sensors are at most `aside` from its reference point and reach `range`, both in meters.
+    pub fn find_near(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
+        self.find_near_with(robot, range, aside, 0, into);
     }
 
-    /// Collects bodies like [`look_around`](Self::look_around), but no map walls.
+    /// Collects bodies like [`find_near`](Self::find_near), but no map walls.
     /// For sensors that cast rays in the map itself.
-    pub fn look_beyond_map(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
+    pub fn find_near_outside_map(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
         let walls = self.map.as_ref().map_or(0, |map| map.walls);
-        self.look_beyond(robot, range, aside, walls, into);
+        self.find_near_with(robot, range, aside, walls, into);
     }
 
     /// Collects detectable bodies from number `first_body` on.
-    fn look_beyond(&self, robot: usize, range: f64, aside: f64, first_body: usize, into: &mut Nearby) {
+    fn find_near_with(&self, robot: usize, range: f64, aside: f64, first_body: usize, into: &mut Nearby) {
         let Nearby { edges, bodies } = into;
         edges.clear();
         bodies.clear();

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use rapier2d_f64::prelude::{ColliderHandle, PhysicsWorld};
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{APART, GRAZE, TOUCH};
+use crate::contact::{GRAZE, SEPARATION_TIME, TOUCH};
 use crate::geometry::{Gap, Point};
 use crate::robot::BumperDescription;
 use crate::surroundings::Surroundings;
 
 /// Contacts that a robot feels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Felt {
+pub struct BumperContacts {
     /// Contact with anything.
     pub anywhere: bool,
     /// Contact at the front bumper.
@@ -21,7 +21,7 @@ pub struct Felt {
     pub back: bool,
 }
 
-impl Felt {
+impl BumperContacts {
     /// Adds a contact at a point in the robot's frame.
     pub(crate) fn press(&mut self, at: Point, bumper: Option<BumperDescription>) {
         self.anywhere = true;
@@ -54,7 +54,7 @@ impl Touching {
         surroundings: &Surroundings,
         now: u64,
         mut began: impl FnMut((usize, usize), Point, Gap),
-        mut felt: impl FnMut((usize, usize), Gap),
+        mut bumper_contacts: impl FnMut((usize, usize), Gap),
     ) {
         self.press(physics, surroundings.bodies().len(), surroundings.robot_count());
         let gap = |(i, j): (usize, usize)| surroundings.robots()[i].outline().gap(surroundings.outline(j));
@@ -75,9 +75,9 @@ impl Touching {
                 *last = now;
             }
             if *last == now {
-                felt(*pair, between);
+                bumper_contacts(*pair, between);
             }
-            now - *last < APART
+            now - *last < SEPARATION_TIME
         });
     }
 
@@ -94,9 +94,9 @@ impl Touching {
             };
             if impulse > 0.0 {
                 let normal = Point::new(normal.x, normal.y);
-                // The robot, or of two robots the first, looks at the other: walls do not.
-                let first_looks = first >= statics && (second < statics || first < second);
-                let (pair, normal) = match first_looks {
+                // The normal points from the robot, or from the first of two robots, to the other body.
+                let is_in_order = first >= statics && (second < statics || first < second);
+                let (pair, normal) = match is_in_order {
                     true => ((first - statics, second), normal),
                     false => ((second - statics, first), Point::default().minus(normal)),
                 };

@@ -18,7 +18,7 @@ pub(crate) fn plus(a: Vector, b: Vector, factor: f64) -> Vector {
 /// Position and orientation of a camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraPose {
-    /// Optical centre in the world, m.
+    /// Optical center in the world, m.
     pub origin: Vector,
     /// Axes of its optical frame in the world: right, down and forward.
     pub axes: [Vector; 3],

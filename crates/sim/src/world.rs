@@ -55,7 +55,7 @@ const CIRCLE_CORNERS: usize = 32;
 pub struct Body {
     /// Name.
     pub name: String,
-    /// Centre of a rectangle or circle.
+    /// Center of a rectangle or circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
     /// Extent of a rectangle along its axes.
@@ -174,7 +174,7 @@ impl World {
                 "expected a `maximum` to the north-east of `minimum`".into(),
             );
         }
-        if let Some((path, message)) = world.scenery.mistake() {
+        if let Some((path, message)) = world.scenery.error_code() {
             let path: Vec<_> = std::iter::once(DocumentStep::Key("scenery")).chain(path).collect();
             return wrong(&path, message);
         }

@@ -9,7 +9,7 @@ use slate_sim::world::World;
 use slate_sim::{Placement, Simulation};
 
 /// Whether the front and the back feel anything after a Pioneer has driven for so long.
-fn felt(x: f64, theta: f64, wheels: Wheels, seconds: f64) -> (bool, bool) {
+fn bumper_contacts(x: f64, theta: f64, wheels: Wheels, seconds: f64) -> (bool, bool) {
     let description = RobotDescription::load("pioneer_p3dx").unwrap();
     let pose = Pose { x, y: 0.3, theta };
     let robot = Placement { name: "r".into(), description, sonar: String::new(), pose, script: None };
@@ -17,9 +17,9 @@ fn felt(x: f64, theta: f64, wheels: Wheels, seconds: f64) -> (bool, bool) {
     let mut simulation = Simulation::new(&world, &[robot], 0, 10_000_000).unwrap();
     simulation.command(0, wheels);
     (0..(seconds * 100.0) as usize).for_each(|_| simulation.step());
-    let felt = simulation.felt(0);
-    assert!(felt.anywhere || !(felt.front || felt.back));
-    (felt.front, felt.back)
+    let bumper_contacts = simulation.bumper_contacts(0);
+    assert!(bumper_contacts.anywhere || !(bumper_contacts.front || bumper_contacts.back));
+    (bumper_contacts.front, bumper_contacts.back)
 }
 
 const AHEAD: Wheels = Wheels { left: 2.0, right: 2.0 };
@@ -27,14 +27,14 @@ const BACK: Wheels = Wheels { left: -2.0, right: -2.0 };
 
 #[test]
 fn each_end_feels_what_it_drives_into() {
-    assert_eq!(felt(2.0, 0.0, AHEAD, 0.5), (false, false));
-    assert_eq!(felt(2.0, 0.0, AHEAD, 4.0), (true, false));
-    assert_eq!(felt(-2.0, 0.0, BACK, 4.0), (false, true));
-    assert_eq!(felt(2.0, 0.4, AHEAD, 4.0), (true, false));
+    assert_eq!(bumper_contacts(2.0, 0.0, AHEAD, 0.5), (false, false));
+    assert_eq!(bumper_contacts(2.0, 0.0, AHEAD, 4.0), (true, false));
+    assert_eq!(bumper_contacts(-2.0, 0.0, BACK, 4.0), (false, true));
+    assert_eq!(bumper_contacts(2.0, 0.4, AHEAD, 4.0), (true, false));
 }
 
 #[test]
-fn what_is_left_is_felt_no_more() {
+fn ended_contact_is_not_reported() {
     let description = RobotDescription::load("pioneer_p3dx").unwrap();
     let pose = Pose { x: 2.2, y: 0.0, theta: 0.0 };
     let robot = Placement { name: "r".into(), description, sonar: String::new(), pose, script: None };
@@ -43,7 +43,7 @@ fn what_is_left_is_felt_no_more() {
     let mut go = |wheels: Wheels| {
         simulation.command(0, wheels);
         (0..150).for_each(|_| simulation.step());
-        simulation.felt(0).front
+        simulation.bumper_contacts(0).front
     };
     assert!(go(AHEAD) && go(Wheels::default()), "it still leans on the wall");
     assert!(!go(BACK));
@@ -63,7 +63,7 @@ fn a_robot_feels_another_that_drives_into_it() {
         Simulation::new(&World::load("rocs_arena").unwrap(), &robots, 0, 10_000_000).unwrap();
     simulation.command(1, AHEAD);
     (0..400).for_each(|_| simulation.step());
-    let (hit, hitting) = (simulation.felt(0), simulation.felt(1));
+    let (hit, hitting) = (simulation.bumper_contacts(0), simulation.bumper_contacts(1));
     assert!(hit.back && !hit.front && hitting.front && !hitting.back, "{hit:?} {hitting:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Who caused a contact, where it is hard to tell.
+//! Cause of a contact in ambiguous cases.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 
@@ -53,7 +53,7 @@ fn a_fast_robot_causes_its_contact_anywhere_at_a_wall() {
 }
 
 #[test]
-fn passing_by_at_a_millimetre_is_no_contact() {
+fn passing_by_at_a_millimeter_is_no_contact() {
     // The widest part of the outline, away from the box by 1 mm.
     let outline = RobotDescription::named("pioneer_p3dx").unwrap().unwrap().outline();
     let half_width = outline.points.iter().map(|point| point.y).fold(0.0, f64::max);

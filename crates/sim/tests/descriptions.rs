@@ -45,7 +45,7 @@ fn an_unknown_key_is_refused_with_the_known_ones() {
 }
 
 #[test]
-fn what_is_no_toml_is_refused_where_it_ends_to_be() {
+fn invalid_toml_is_refused_at_its_place() {
     assert_eq!(world_error("name = \n").position.map(|(line, _)| line), Some(1));
 }
 
@@ -90,7 +90,7 @@ fn a_robot_that_can_not_be_is_refused_at_the_value() {
 }
 
 #[test]
-fn noise_of_positions_is_told_where_it_is_now() {
+fn moved_setting_of_position_noise_is_reported() {
     let (error, _) = robot_error("wheel_radius_bias = 0.01", "position = 0.1\nwheel_radius_bias = 0.01");
     assert!(error.message.contains("write `noise_position` in [positioning.NAME]"), "{error}");
     assert!(error.position.is_some(), "{error}");
@@ -167,7 +167,7 @@ fn sensors_that_can_not_be_are_refused_at_the_value() {
 }
 
 #[test]
-fn what_is_not_there_is_said_with_what_is() {
+fn missing_name_is_reported_with_existing_ones() {
     let error = World::load("moon").unwrap_err().to_string();
     assert!(error.contains("moon") && error.contains("rocs_arena"), "{error}");
     let error = RobotDescription::load("pionier").unwrap_err().to_string();

@@ -63,7 +63,7 @@ fn a_closed_door_is_seen_and_stops_a_robot() {
 }
 
 #[test]
-fn a_door_opens_for_who_is_near_and_closes_behind() {
+fn door_opens_for_near_bodies_and_closes_behind_them() {
     let mut simulation = simulation(r#", "open": "near", "distance": 1.2"#);
     assert_eq!(opening(&simulation), 0.0);
     go(&mut simulation, 0.4, 3.4);
@@ -76,7 +76,7 @@ fn a_door_opens_for_who_is_near_and_closes_behind() {
 }
 
 #[test]
-fn a_door_opens_by_the_clock_and_catches_nobody() {
+fn door_opens_by_clock_and_never_closes_on_body() {
     let mut simulation = simulation(r#", "open": "period", "period": 8.0, "open_time": 4.0, "speed": 1.0"#);
     let mut openings = Vec::new();
     for _ in 0..4 {

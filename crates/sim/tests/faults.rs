@@ -66,7 +66,7 @@ fn a_sensor_measures_except_during_its_fault() {
 }
 
 #[test]
-fn what_is_measured_is_the_same_with_a_fault_and_without() {
+fn fault_changes_no_other_measurement() {
     let sound = shown(simulation(3));
     for kind in [FaultKind::Frozen, FaultKind::Invalid, FaultKind::Late, FaultKind::Silent] {
         let measured =

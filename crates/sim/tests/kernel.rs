@@ -93,7 +93,7 @@ fn contact_causes(first: Wheels, second: Wheels) -> Vec<(bool, bool)> {
 }
 
 #[test]
-fn who_moves_in_causes_the_contact() {
+fn approaching_robot_causes_the_contact() {
     let (still, forward) = (Wheels::default(), Wheels { left: 1.0, right: 1.0 });
     assert_eq!(contact_causes(forward, still), [(true, false)]);
     assert_eq!(contact_causes(still, forward), [(false, true)]);

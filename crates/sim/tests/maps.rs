@@ -98,7 +98,7 @@ fn exact(map: &OccupancyMap, from: Point, angle: f64, range_max: f64) -> f64 {
 }
 
 #[test]
-fn ranges_in_a_map_are_exact_to_a_centimetre() {
+fn ranges_in_a_map_are_exact_to_a_centimeter() {
     let map = hall();
     let laser = laser(0.0);
     let poses = poses(&map);

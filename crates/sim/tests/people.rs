@@ -1,4 +1,4 @@
-//! People who walk among walls, robots and each other.
+//! People walking among walls, robots and each other.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate_grid::{Geometry, OccupancyMap};
@@ -93,7 +93,7 @@ fn people_walk_from_place_to_place_and_touch_nothing() {
 }
 
 #[test]
-fn nobody_walks_into_a_robot_that_stands() {
+fn people_never_walk_into_a_standing_robot() {
     // In the middle of all ways.
     let robot = pioneer(6.0, 2.2, 1.0);
     for seed in 0..2 {

@@ -89,7 +89,7 @@ fn the_sensor_that_sees_robots_goes_with_the_sonars_unless_said() {
     assert_eq!(range(own, r#", "sonar": "vrep", "robot_sensor": "vrep""#), Some(8.0));
     let none = r#"{"model": "summit_xl", "robot_sensor": ""}"#;
     assert_eq!(range(none, r#", "sonar": "vrep""#), None);
-    // What is said for the world is not said to robots that see nobody.
+    // Settings of the world do not concern robots without the sensor.
     assert_eq!(range(r#"{"model": "pioneer_p3dx"}"#, r#", "robot_sensor": "vrep""#), None);
     says(&refusal(summit, r#", "robot_sensor": "eyes""#), &["summit_xl", "eyes", "real, vrep"]);
     says(
@@ -221,7 +221,7 @@ fn a_robot_has_the_ports_of_what_it_is_made_of() {
     assert!(!has(&blind, "r/sightings", "Sightings"));
 }
 
-/// Poses of the robots `r` and `s`, one metre apart, under a seed, with an offset of the layout.
+/// Poses of the robots `r` and `s`, one meter apart, under a seed, with an offset of the layout.
 fn offset_starts(offset: &str, seed: u64) -> Vec<[f64; 3]> {
     let text = format!(
         r#"{{"arena": "rocs_arena", "layout": "one",
@@ -261,7 +261,7 @@ fn start_offsets_differ_by_seed_and_stay_in_their_bounds() {
 
 #[test]
 fn offset_robots_never_overlap() {
-    // Up to half a metre each: most pairs would overlap in a tenth of all seeds.
+    // Up to half a meter each: most pairs would overlap in a tenth of all seeds.
     let offset = r#""start_offset": {"position": 0.5, "heading": 3.0}, "#;
     for seed in 0..100 {
         let [r, s] = offset_starts(offset, seed)[..] else { unreachable!() };

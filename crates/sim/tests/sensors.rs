@@ -157,7 +157,7 @@ fn a_thin_post_between_the_axes_is_heard_at_its_distance() {
 }
 
 #[test]
-fn what_is_not_heard_has_the_greatest_range() {
+fn missing_echo_has_maximum_range() {
     let simulation = simulate(&[pioneer("r", "vrep", 0.0, 0.0)], 1);
     assert!(simulation.sonar(0).unwrap().0.iter().all(|echo| !echo.heard && echo.range == 1.0));
 }

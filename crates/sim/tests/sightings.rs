@@ -65,7 +65,7 @@ fn range_and_bearing_go_from_reference_point_to_reference_point() {
 }
 
 #[test]
-fn where_the_sensor_is_mounted_does_not_matter_to_what_it_says() {
+fn measurement_is_independent_of_mounting() {
     let mounted = with(|sensor| sensor.mount = [0.3, -0.2, 0.0]);
     let simulation = simulate(vec![], &[mounted, pioneer("p", 1.0, 1.0)]);
     let (_, range, bearing) = &seen(&simulation)[0];

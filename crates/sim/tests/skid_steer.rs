@@ -174,7 +174,7 @@ fn a_push_moves_it_a_little_and_a_wall_stops_it() {
 }
 
 #[test]
-fn who_is_pushed_into_a_wall_did_not_go_there() {
+fn pushed_robot_did_not_cause_wall_contact() {
     let pioneer = RobotDescription::load("pioneer_p3dx").unwrap();
     let robots = [placed("pushed", summit(), 2.0, 0.0, 0.0), placed("pusher", pioneer, 1.2, 0.0, 0.0)];
     let arena = World::load("rocs_arena").unwrap();
@@ -196,7 +196,7 @@ fn odometry_with_the_effective_track_follows_a_turn_on_the_spot() {
 }
 
 #[test]
-fn four_wheels_can_be_told_apart() {
+fn four_wheels_are_distinguished() {
     let mut simulation = simulate(&[placed("r", summit(), 0.0, 0.0, 0.0)]);
     // The wheels of one side work against each other: it stays about where it is.
     simulation

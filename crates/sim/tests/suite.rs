@@ -9,7 +9,7 @@ mod faults;
 mod imu;
 mod kernel;
 mod maps;
-mod neighbours;
+mod neighbors;
 mod omni;
 mod people;
 mod scenarios;

@@ -75,7 +75,7 @@ fn main() {
         let call = kind.table().tick;
         // SAFETY: as above, and the instance is of this kind.
         let time = measured(|| unsafe { call(instance, &raw const frame) });
-        // SAFETY: nobody uses it any more.
+        // SAFETY: it is unused.
         unsafe { kind.destroy(instance) }.unwrap();
         time
     };

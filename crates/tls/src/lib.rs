@@ -60,7 +60,7 @@ macro_rules! signatures {
 #[derive(Debug)]
 enum Subject {
     /// Dialled host, or any subject if the certificate itself is one of these.
-    /// A self-signed certificate is nobody's authority, and its presenter has its key.
+    /// A self-signed certificate is no authority, and its presenter has its key.
     Host(Vec<CertificateDer<'static>>),
     /// Any agent.
     /// A caller that expects a certain one compares its name with that of the certificate.

@@ -99,7 +99,7 @@ pub enum SetError {
         norm: String,
     },
     /// Outdated transform.
-    #[error("`{parent}` -> `{child}` at {} s comes too late: {} s is known", Seconds(*.time), Seconds(*.known))]
+    #[error("`{parent}` -> `{child}` at {} s is too late: {} s is known", Seconds(*.time), Seconds(*.known))]
     TooLate {
         /// Parent.
         parent: Arc<str>,

@@ -49,7 +49,7 @@ proptest! {
     }
 
     #[test]
-    fn what_lies_between_two_samples_is_between_them(
+    fn interpolation_lies_between_its_samples(
         first in transform(), last in transform(), start in 0_u64..1000, length in 1_u64..1000, part in 0.0..=1.0_f64,
     ) {
         let mut frames = FrameTree::default();

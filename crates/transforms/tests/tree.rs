@@ -120,7 +120,7 @@ fn the_oldest_makes_room_for_the_newest() {
     let error = frames.set("odom", "base_link", 39, shift(0.0)).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "`odom` -> `base_link` at 0.000000039 s comes too late: 0.00000004 s is known"
+        "`odom` -> `base_link` at 0.000000039 s is too late: 0.00000004 s is known"
     );
     // The last word on one time counts.
     frames.set("odom", "base_link", 60, shift(7.0)).unwrap();
@@ -148,7 +148,7 @@ fn a_frame_changes_its_parent_with_all_below_it() {
 }
 
 #[test]
-fn what_does_not_fit_changes_nothing() {
+fn mismatch_changes_nothing() {
     let mut frames = FrameTree::new(Limits { frames: 3, ..Limits::default() });
     frames.set_fixed("a", "b", shift(1.0)).unwrap();
     frames.set_fixed("b", "c", shift(1.0)).unwrap();
@@ -208,7 +208,7 @@ fn a_property_sets_a_frame() {
     transform.translation = Position { x: 2.0, ..Position::default() };
     assert_eq!(frames.apply(&transform), Ok(Placement::Changed));
     assert_eq!(x(frames.lookup("odom", "base_link", 0).unwrap()), 2.0);
-    // One that nobody has filled in has no rotation.
+    // A transform of zeros has no rotation.
     let error = frames.apply(&Transform { parent: "a".into(), child: "b".into(), ..Transform::default() });
     assert_eq!(
         error.unwrap_err().to_string(),

@@ -38,7 +38,7 @@ fn main() -> Result<(), String> {
 pub struct Trial {
     /// Name of the difference from the published program and scene.
     pub name: &'static str,
-    /// Goals in sequence, metres.
+    /// Goals in sequence, meters.
     pub goals: &'static [[f64; 2]],
     /// Settings of the experiment.
     pub sets: &'static [&'static str],
@@ -75,7 +75,7 @@ const NO_BOX: &str = "world.layouts.authors.bodies=[]";
 pub struct Run {
     /// Time at which the last goal was reached, seconds.
     pub reached: Option<f64>,
-    /// Least distance of its position to the last goal, metres.
+    /// Least distance of its position to the last goal, meters.
     pub nearest: f64,
 }
 
@@ -83,9 +83,9 @@ pub struct Run {
 const LIMIT: u64 = 120;
 /// Time between two steps of their simulator, nanoseconds.
 const STEP: u64 = 50_000_000;
-/// Distance at which a goal is reached, metres.
+/// Distance at which a goal is reached, meters.
 const TOLERANCE: f64 = 0.1;
-/// Offset of the authors' body frame behind the axle, metres.
+/// Offset of the authors' body frame behind the axle, meters.
 /// Their position is that of the body's frame.
 const BODY_FRAME: f64 = 0.0445;
 
@@ -106,7 +106,7 @@ pub fn run(trial: &Trial, seed: u64) -> Result<Run, String> {
     while simulation.now() < limit * 1_000_000_000 {
         if simulation.now().is_multiple_of(STEP) {
             simulation.sense();
-            seen = look(&simulation, robot);
+            seen = observe(&simulation, robot);
             run.nearest = math::min(run.nearest, seen.distance(*last));
             simulation.command(robot, program.wheels);
         }
@@ -149,7 +149,7 @@ impl Seen {
     }
 }
 
-fn look(simulation: &Simulation, robot: usize) -> Seen {
+fn observe(simulation: &Simulation, robot: usize) -> Seen {
     let pose = simulation.pose(robot);
     let mut sonar = SonarScan::default();
     if let Some((echoes, _)) = simulation.sonar(robot) {

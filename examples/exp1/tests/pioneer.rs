@@ -47,7 +47,7 @@ fn the_same_blocks_drive_a_robot_at_a_line_to_the_goal() {
     agent.run(Box::new(until)).unwrap();
     let pose = controller.pose();
     assert_eq!(state().as_deref(), Some("SUCCEEDED"), "it is at {pose:?}");
-    // The goal as the robot knows it, and what the odometry may be off after a metre.
+    // The goal as the robot knows it, and what the odometry may be off after a meter.
     assert!(math::hypot(pose[0], pose[1]) < 0.2, "{pose:?}");
 }
 

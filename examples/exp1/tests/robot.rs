@@ -48,7 +48,7 @@ fn looking(theta: f64) -> WheeledModel {
     model
 }
 
-/// An Execute that is told to go to the origin from (1, 0), looking away from it.
+/// An Execute with the action to go to the origin from (1, 0), heading away from it.
 fn execute() -> Fixture<ExecuteBlock<DifferentialActions>> {
     let mut execute = Fixture::new();
     execute.set("robot", looking(0.0));
@@ -79,7 +79,7 @@ fn going_to_the_origin_decomposes_as_in_table_2() {
 }
 
 #[test]
-fn who_does_not_know_where_it_is_does_not_drive() {
+fn robot_without_pose_does_not_drive() {
     let mut execute = execute();
     execute.tick();
     execute.expire("robot");

@@ -68,7 +68,7 @@ fn it_holds_its_place_from_where_the_authors_let_it_begin() {
 }
 
 #[test]
-fn who_leaves_the_place_has_not_held_it() {
+fn robot_leaving_the_place_has_not_held_it() {
     // Its plan goes elsewhere than the referee looks.
     let mut agent = agent(&["robots.r3.modules.knowledge.params.goal_x=0.6", "world.layout=authors"]);
     assert_eq!(verdict(&mut agent), "FAILED");
@@ -123,7 +123,7 @@ fn gives_way_to(robots: &[Sighting], range: f64, velocity: f64) -> Option<f64> {
 }
 
 #[test]
-fn it_gives_way_only_to_who_is_near_while_it_stands() {
+fn gives_way_only_to_near_robots_while_standing() {
     assert!(gives_way(0.6, 0.1, 0.0).unwrap() < 0.0, "back from who comes ahead");
     assert!(gives_way(0.6, 3.0, 0.0).unwrap() > 0.0, "ahead of who comes behind");
     assert_eq!(gives_way(1.5, 0.1, 0.0), None, "who is far away does not matter");
@@ -133,7 +133,7 @@ fn it_gives_way_only_to_who_is_near_while_it_stands() {
 }
 
 #[test]
-fn who_gives_way_looks_at_all_robots_and_listens() {
+fn giving_way_considers_all_robots_and_sonars() {
     let lost = seen(0.5, f64::NAN);
     let both = [lost, seen(0.6, 0.1)];
     assert!(gives_way_to(&both, 1.0, 0.0).unwrap() < 0.0, "of the nearest nothing is known");

@@ -1,4 +1,4 @@
-//! Behaviour of R3: follows R2 at a safe distance and out of its path.
+//! Behavior of R3: follows R2 at a safe distance and out of its path.
 //! It uses R2's position and course (section 6.5 of the paper).
 
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub struct FollowParams {
     max_reverse_velocity: f64,
     #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "maximum distance backwards, where no sensor looks, until it drives forward again")]
     max_reverse_distance: f64,
-    #[param(default = 1.5, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity backwards per metre below that distance")]
+    #[param(default = 1.5, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity backwards per meter below that distance")]
     distance_gain: f64,
     #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "angular velocity per radian of bearing error")]
     bearing_gain: f64,
@@ -42,7 +42,7 @@ pub struct FollowParams {
     course_distance: f64,
     #[param(default = 0.4, range = 0.01..=100.0, unit = "m", doc = "the same, if the detector of robots errs")]
     error_course_distance: f64,
-    #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
+    #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from an approaching leader")]
     waiting_distance: f64,
     #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity while it clears the leader's course")]
     evasion_velocity: f64,
@@ -55,17 +55,17 @@ pub struct FollowParams {
 }
 
 /// Duration of a plan unless it is renewed, seconds.
-const HOLD: f64 = 0.5;
-/// Distance behind the leader that still counts as beside it, metres.
+const PLAN_DURATION: f64 = 0.5;
+/// Distance behind the leader that still counts as beside it, meters.
 /// It is measured along the leader's course.
-const BESIDE: f64 = 0.3;
+const BESIDE_DISTANCE: f64 = 0.3;
 /// Bearing error above which it turns in place before it makes way, radians.
 const TURN_FIRST: f64 = 0.4;
 /// Angle between a detour and the direction to the leader, radians.
 const DETOUR: f64 = 0.9;
-/// Distance above the waiting distance that is too far, metres.
-const TOO_FAR: f64 = 0.15;
-/// Less than this is not nearer, metres.
+/// Distance above the waiting distance that is too far, meters.
+const POSITION_TOLERANCE: f64 = 0.15;
+/// Less than this is not nearer, meters.
 const NEARER: f64 = 0.1;
 
 /// State of [`FollowPlanner`].
@@ -75,7 +75,7 @@ pub struct FollowPlannerState {
     leader: Option<LeaderReport>,
     /// Newest plan.
     planned: PlannedDrive,
-    /// Distance backwards that was planned since it drove forward, metres.
+    /// Distance backwards that was planned since it drove forward, meters.
     reversed: f64,
     #[serde(default)]
     course: LeaderCourse,
@@ -86,10 +86,10 @@ pub struct FollowPlannerState {
 /// Report of the leader.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct LeaderReport {
-    /// Position in the map frame, metres.
+    /// Position in the map frame, meters.
     x: f64,
     y: f64,
-    /// Distance, metres.
+    /// Distance, meters.
     range: f64,
     /// Bearing, radians.
     bearing: f64,
@@ -116,7 +116,7 @@ struct PlannedDrive {
 /// Course of the leader.
 #[derive(Default, Serialize, Deserialize)]
 struct LeaderCourse {
-    /// Start of the present part of the leader's path, metres.
+    /// Start of the present part of the leader's path, meters.
     start: Option<(f64, f64)>,
     /// Direction of the last part, of length 1.
     direction: Option<(f64, f64)>,
@@ -124,9 +124,9 @@ struct LeaderCourse {
 
 /// Position of this robot relative to the leader's course.
 struct CourseOffset {
-    /// Distance ahead of the leader, metres.
+    /// Distance ahead of the leader, meters.
     ahead: f64,
-    /// Distance beside the course, metres.
+    /// Distance beside the course, meters.
     aside: f64,
     /// Direction away from the course, radians.
     away: f64,
@@ -135,7 +135,7 @@ struct CourseOffset {
 /// Progress in approaching a leader that is too far away.
 #[derive(Default, Serialize, Deserialize)]
 struct ApproachProgress {
-    /// Nearest distance, metres, and its time, seconds.
+    /// Nearest distance, meters, and its time, seconds.
     nearest: Option<(f64, f64)>,
     /// End of the present detour, seconds.
     until: f64,
@@ -200,7 +200,7 @@ impl Plan for FollowPlanner {
                 params.drive(params.detour_velocity, direction)
             }
             // The leader comes, or passes.
-            (None, Some(offset)) if params.passing_distance > 0.0 && offset.ahead > -BESIDE => {
+            (None, Some(offset)) if params.passing_distance > 0.0 && offset.ahead > -BESIDE_DISTANCE => {
                 if offset.aside < params.passing_distance && range < params.waiting_distance {
                     params.drive(params.evasion_velocity, math::angle_between(pose.theta, offset.away))
                 } else {
@@ -216,7 +216,7 @@ impl Plan for FollowPlanner {
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
-            duration: HOLD,
+            duration: PLAN_DURATION,
         }));
     }
 }
@@ -228,7 +228,7 @@ impl FollowPlannerState {
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
-            duration: HOLD,
+            duration: PLAN_DURATION,
         }));
         self.planned = PlannedDrive { velocity: 0.0, time: now.seconds() };
     }
@@ -236,7 +236,7 @@ impl FollowPlannerState {
     /// Notes how far the robot has driven backwards by its plan until a time, seconds.
     fn advance(&mut self, time: f64, is_reactive: bool) {
         let PlannedDrive { velocity, time: since } = self.planned;
-        let way = if is_reactive { 0.0 } else { velocity * math::clamp(time - since, 0.0, HOLD) };
+        let way = if is_reactive { 0.0 } else { velocity * math::clamp(time - since, 0.0, PLAN_DURATION) };
         // Forward, it leaves free space behind.
         self.reversed = math::max(self.reversed - way, 0.0);
         self.planned = PlannedDrive { velocity, time };
@@ -244,7 +244,7 @@ impl FollowPlannerState {
 }
 
 impl LeaderCourse {
-    /// Updates the leader's position, metres.
+    /// Updates the leader's position, meters.
     /// Its course is that of the last part of its path, of a length (m).
     fn update(&mut self, x: f64, y: f64, length: f64) {
         let (from_x, from_y) = *self.start.get_or_insert((x, y));
@@ -271,7 +271,7 @@ impl ApproachProgress {
     /// Returns the angle of the present detour, if there is one.
     /// It is relative to the direction of a leader at a distance (m).
     fn detour(&mut self, distance: f64, params: &FollowParams, time: f64) -> Option<f64> {
-        if distance < params.waiting_distance + TOO_FAR {
+        if distance < params.waiting_distance + POSITION_TOLERANCE {
             *self = Self { to_right: self.to_right, ..Self::default() };
             return None;
         }
@@ -288,7 +288,7 @@ impl ApproachProgress {
 }
 
 impl FollowParams {
-    /// Returns the travel over which the leader's course is measured, metres.
+    /// Returns the travel over which the leader's course is measured, meters.
     /// Errors of a short one are great.
     fn course_distance(&self, robot: &WheeledModel) -> f64 {
         let errs = robot.accuracy.sighting_range_stddev > 0.0;

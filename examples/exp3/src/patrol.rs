@@ -1,4 +1,4 @@
-//! Behaviour of R2: patrols the corners, with a new plan for each.
+//! Behavior of R2: patrols the corners, with a new plan for each.
 //! Section 6.5 of the paper.
 
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub struct PatrolParams {
     progress_timeout: f64,
 }
 
-/// Less than this is not nearer, metres.
+/// Less than this is not nearer, meters.
 const NEARER: f64 = 0.05;
 
 /// State of the Plan.
@@ -43,7 +43,7 @@ pub struct PatrolMemory {
     navigator: Navigator,
     /// Index of the next corner.
     corner: usize,
-    /// Nearest distance to that corner, metres, and its time, seconds.
+    /// Nearest distance to that corner, meters, and its time, seconds.
     nearest: Option<(f64, f64)>,
 }
 

@@ -106,11 +106,11 @@ impl Reactions {
 #[derive(Default, Serialize, Deserialize)]
 pub struct RefereeState {
     found: Option<f64>,
-    /// Required altitude (metres), its start, and the previous one's (seconds).
+    /// Required altitude (meters), its start, and the previous one's (seconds).
     due: f64,
     due_since: f64,
     due_before: f64,
-    /// Altitude that is set, and since when, metres and seconds.
+    /// Altitude that is set, and since when, meters and seconds.
     set: f64,
     set_since: f64,
     failed: u32,

@@ -78,7 +78,7 @@ pub struct WaterParams {
 #[derive(Default, Serialize, Deserialize)]
 pub struct WaterState {
     vehicle: Vehicle,
-    /// Error of the navigation filter, metres.
+    /// Error of the navigation filter, meters.
     drift: [f64; 2],
     /// Velocity of the water, m/s.
     current: [f64; 2],
@@ -92,7 +92,7 @@ pub struct WaterState {
 }
 
 /// Step of the physics, seconds.
-const STEP: f64 = 0.01;
+const TIME_STEP: f64 = 0.01;
 
 /// Water, pipeline and vehicle.
 pub struct SuaveSimulator;
@@ -141,9 +141,9 @@ impl WaterState {
                 *force = 0.0;
             }
         }
-        let steps = (now.elapsed() / STEP + 0.5) as u64;
+        let steps = (now.elapsed() / TIME_STEP + 0.5) as u64;
         for _ in 0..steps {
-            self.vehicle.advance(thrust, self.current, STEP);
+            self.vehicle.advance(thrust, self.current, TIME_STEP);
         }
         // A Gauss-Markov process, exact for any step.
         let kept = math::exp(-now.elapsed() / params.drift_time);
@@ -174,7 +174,7 @@ impl WaterState {
         let visibility = self.visibility(params, now);
         io.visibility.set(WaterVisibility { distance: visibility });
         io.thrusters.set(ThrusterHealth { failed: self.failed });
-        io.view.set(self.look(&io.pipeline, visibility, params));
+        io.view.set(self.observe(&io.pipeline, visibility, params));
         io.chart.set(*io.pipeline);
         io.truth.set(Pose2 { x, y, theta: heading });
     }
@@ -182,7 +182,7 @@ impl WaterState {
     /// Computes the camera's view of the pipeline.
     /// The camera looks straight down: its image is a square on the plane of the pipeline, which it sees if the water
     /// is clear enough.
-    fn look(&self, pipeline: &PipelineCourse, visibility: f64, params: &WaterParams) -> PipelineView {
+    fn observe(&self, pipeline: &PipelineCourse, visibility: f64, params: &WaterParams) -> PipelineView {
         let [x, y, altitude] = self.vehicle.position;
         let distance = altitude - params.pipeline_height;
         if distance <= 0.0 || distance > visibility {

@@ -16,11 +16,11 @@ const DRAG: [f64; 3] = [33.732, 54.16, 73.225];
 const TURN_DRAG: f64 = 3.992;
 /// Sine and cosine of the angle of the horizontal thrusters.
 const SKEW: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Mounts of thrusters 1 to 4, metres, and the side to which each pushes.
+/// Mounts of thrusters 1 to 4, meters, and the side to which each pushes.
 /// Forward and to the left.
 const HORIZONTAL: [([f64; 2], f64); 4] =
     [([0.14, -0.092], 1.0), ([0.14, 0.092], -1.0), ([-0.15, -0.092], -1.0), ([-0.15, 0.092], 1.0)];
-/// Lowest altitude of its frame, metres.
+/// Lowest altitude of its frame, meters.
 const GROUND: f64 = 0.2;
 
 /// Wrench on the body.
@@ -42,7 +42,7 @@ pub fn wrench(forces: [f64; 6]) -> Wrench {
 /// Returns the forces of six healthy thrusters for a wrench, newtons.
 /// They are those of the autopilot's mixer, which does not know the failed ones.
 pub fn forces(wrench: Wrench) -> [f64; 6] {
-    // The mean lever of the four, metres.
+    // The mean lever of the four, meters.
     const LEVER: f64 = (0.14 + 0.15 + 2.0 * 0.092) / 2.0 * SKEW;
     let [forward, left, up, torque] = wrench;
     let (forward, left, torque) = (forward / (4.0 * SKEW), left / (4.0 * SKEW), torque / (4.0 * LEVER));
@@ -59,7 +59,7 @@ pub fn forces(wrench: Wrench) -> [f64; 6] {
 /// Pose and velocity of the vehicle in the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Vehicle {
-    /// Position to the east and north, and altitude above the seabed, metres.
+    /// Position to the east and north, and altitude above the seabed, meters.
     pub position: [f64; 3],
     /// Counter-clockwise from the east, radians.
     pub heading: f64,

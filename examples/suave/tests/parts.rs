@@ -32,7 +32,7 @@ fn mann_whitney_agrees_with_published_values() {
 }
 
 #[test]
-fn the_mixer_makes_the_wrench_that_is_asked_for() {
+fn mixer_produces_requested_wrench() {
     for wanted in [[10.0, 0.0, 0.0, 0.0], [0.0, -4.0, 0.0, 0.0], [0.0, 0.0, 6.0, 0.0]] {
         let made = wrench(forces(wanted));
         for axis in 0..3 {

@@ -44,14 +44,14 @@ impl Action<ScoutBody> for GoNear {
 /// Orders another robot to inspect a place.
 /// It is done when that robot has accepted the order.
 #[derive(Serialize, Deserialize)]
-pub struct SendToLook {
+pub struct SendToInspect {
     place: (f64, f64),
     transmission: Transmission,
 }
 
-impl ActionKind for SendToLook {
-    const KIND: &'static str = "SendToLook";
-    /// Coordinates to the east and to the north, metres.
+impl ActionKind for SendToInspect {
+    const KIND: &'static str = "SendToInspect";
+    /// Coordinates to the east and to the north, meters.
     type Arguments = (f64, f64);
 
     fn start(place: (f64, f64)) -> Self {
@@ -59,7 +59,7 @@ impl ActionKind for SendToLook {
     }
 }
 
-impl Action<ScoutBody> for SendToLook {
+impl Action<ScoutBody> for SendToInspect {
     fn act(&mut self, acting: &Acting<'_, ScoutBody>) -> Step {
         let (x, y) = self.place;
         self.transmission.send(&acting.body.1.look, Point2 { x, y }, acting.now)
@@ -68,5 +68,5 @@ impl Action<ScoutBody> for SendToLook {
 
 repertoire! {
     /// Actions of a scout.
-    pub enum ScoutActions for ScoutBody as "scout_execute" { GoNear, SendToLook }
+    pub enum ScoutActions for ScoutBody as "scout_execute" { GoNear, SendToInspect }
 }

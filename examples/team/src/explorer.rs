@@ -5,7 +5,7 @@ use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::Leg;
 
-use crate::actions::{GoNear, SendToLook};
+use crate::actions::{GoNear, SendToInspect};
 use crate::atlas::Known;
 use crate::finder::Obstacle;
 
@@ -68,7 +68,7 @@ impl Plan for Explorer {
     ) {
         memory.is_sent |= situation
             .ended()
-            .any(|ended| ended.kind.as_str() == SendToLook::KIND && ended.ending == Ending::COMPLETED);
+            .any(|ended| ended.kind.as_str() == SendToInspect::KIND && ended.ending == Ending::COMPLETED);
         if let Some(found) = noticed.obstacle.newest() {
             memory.worth.get_or_insert((found.x, found.y));
         }
@@ -83,7 +83,7 @@ impl Plan for Explorer {
         }
         // As soon as another robot is there.
         if let Some(place) = memory.worth.filter(|_| memory.team && !memory.is_sent) {
-            plan.append(SendToLook::request(place));
+            plan.append(SendToInspect::request(place));
         }
         let side = |out: bool| if out { params.half_width } else { -params.half_width };
         let corner = memory.corner;

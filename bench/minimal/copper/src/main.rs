@@ -51,8 +51,8 @@ fn run() -> CuResult<()> {
 fn main() -> ExitCode {
     match run() {
         Ok(()) => ExitCode::SUCCESS,
-        Err(mistake) => {
-            eprintln!("error: {mistake:?}");
+        Err(error) => {
+            eprintln!("error: {error:?}");
             ExitCode::FAILURE
         }
     }

@@ -51,7 +51,7 @@ impl Module for Camera {
 
 /// Measures all lines.
 pub fn run(effort: Effort, table: &mut Table) {
-    // The one who writes the file has a thread of its own.
+    // The writer of the file has a thread of its own.
     unpin();
     let images = effort.count(300);
     let mut contest = Contest::new("record", "an image of 0.92 MB");

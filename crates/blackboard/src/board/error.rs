@@ -1,4 +1,4 @@
-use crate::channel::{LinkError, Misfit};
+use crate::channel::{LinkError, ValueMismatch};
 use crate::interface::AccessError;
 
 /// Error of the address space.
@@ -50,11 +50,11 @@ pub enum BoardError {
     },
     /// A value of a snapshot does not fit.
     #[error("{url}: {error}")]
-    Misfit {
+    Mismatch {
         /// URL of the property.
         url: String,
         /// The value.
-        error: Misfit,
+        error: ValueMismatch,
     },
     /// No handle is available.
     #[error("{url}: {error}")]

@@ -44,7 +44,7 @@ impl Event {
 }
 
 /// Receiver of the events of properties, in the order of each property.
-/// It is an iterator over a queue, which can go on after it has returned `None`. The cause of an event never waits for
+/// It is an iterator over a queue, which can continue after it has returned `None`. The cause of an event never waits for
 /// it.
 #[derive(Debug)]
 pub struct Observer {
@@ -78,7 +78,7 @@ struct Ring {
     missed: AtomicU64,
 }
 
-// SAFETY: a slot is used by who pushes before it counts as pushed and after it counts as popped, else by the observer.
+// SAFETY: the pusher uses a slot before it counts as pushed and after it counts as popped, else the observer.
 unsafe impl Send for Ring {}
 // SAFETY: as above.
 unsafe impl Sync for Ring {}
@@ -96,7 +96,7 @@ impl Ring {
         let pushed = self.pushed.load(Ordering::Relaxed);
         let waiting = pushed - self.popped.load(order::ACQUIRE);
         if waiting < self.slots.len() as u64 || cfg!(feature = "mutant-events") {
-            // SAFETY: the observer has taken what was there, and nobody else pushes.
+            // SAFETY: the observer has taken the earlier item, and no other thread pushes.
             self.slot(pushed).write(|slot| unsafe { *slot = Some(event.clone()) });
             self.pushed.store(pushed + 1, order::RELEASE);
         } else {
@@ -113,7 +113,7 @@ impl Ring {
         if self.pushed.load(order::ACQUIRE) == popped {
             return None;
         }
-        // SAFETY: it was pushed, so nobody touches it until it is popped.
+        // SAFETY: it was pushed, so no thread touches it until it is popped.
         let event = self.slot(popped).write(|slot| unsafe { (*slot).take() });
         self.popped.store(popped + 1, order::RELEASE);
         event

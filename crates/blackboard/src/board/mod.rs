@@ -13,7 +13,7 @@ pub use events::{Event, Observer, SettingsCounter};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watch, Watchers, Watching};
 
-use crate::channel::{Budget, Channel, FrozenValue, ValueMemory};
+use crate::channel::{Budget, Channel, StampedValue, ValueMemory};
 use crate::interface::{Descriptor, FieldPath, Value, View, find};
 use crate::message::{Mailbox, Tap};
 use crate::sync::RwLock;
@@ -230,7 +230,7 @@ impl Board {
     fn add(&self, property: Arc<Property>) -> Result<Arc<Property>, BoardError> {
         let mut entries = self.entries_mut();
         entries.add(property.path(), AddressEntry::Property(Arc::clone(&property)))?;
-        // Nobody finds it before the lock is released, so nothing happens to it before it has appeared.
+        // It can't be found before the lock is released, so no event of it precedes its appearance.
         property.source().appear();
         Ok(property)
     }
@@ -335,10 +335,10 @@ impl Board {
     /// When there is no such property or field.
     pub fn history(&self, path: &str) -> Result<Vec<(Value, Stamp)>, BoardError> {
         let (property, field_path) = self.target(path)?;
-        let values = property.freeze()?.unwrap_or_default().values;
-        let read = |frozen: FrozenValue| {
-            let value = value(property.descriptor(), &frozen.bytes, frozen.items, field_path.as_ref());
-            value.map(|value| (value, frozen.stamp))
+        let values = property.snapshot()?.unwrap_or_default().values;
+        let read = |saved: StampedValue| {
+            let value = value(property.descriptor(), &saved.bytes, saved.items, field_path.as_ref());
+            value.map(|value| (value, saved.stamp))
         };
         Ok(values.into_iter().filter_map(read).collect())
     }

@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError, TryLockError};
 use super::BoardError;
 use super::events::EventSource;
 use crate::Stamp;
-use crate::channel::{Channel, Frozen, Latest, Writer};
+use crate::channel::{Channel, ChannelSnapshot, Latest, Writer};
 use crate::interface::{AccessError, Descriptor, Value, edit};
 use crate::message::Mailbox;
 use crate::sync::{AtomicU32, Mutex, MutexGuard, Ordering};
@@ -265,9 +265,9 @@ impl Property {
     ///
     /// # Errors
     /// When there is no slot for what this pins meanwhile.
-    pub fn freeze(&self) -> Result<Option<Frozen>, BoardError> {
-        let frozen = self.channel().map(|channel| channel.freeze()).transpose();
-        frozen.map_err(|error| BoardError::Link { url: self.url(), error })
+    pub fn snapshot(&self) -> Result<Option<ChannelSnapshot>, BoardError> {
+        let saved = self.channel().map(|channel| channel.snapshot()).transpose();
+        saved.map_err(|error| BoardError::Link { url: self.url(), error })
     }
 
     /// Restores the values of a snapshot.
@@ -276,14 +276,14 @@ impl Property {
     ///
     /// # Errors
     /// When they don't fit, or the writer is another one's; nothing is changed then.
-    pub fn thaw(&self, frozen: &Frozen, writer: Option<&mut Writer>) -> Result<(), BoardError> {
+    pub fn restore(&self, saved: &ChannelSnapshot, writer: Option<&mut Writer>) -> Result<(), BoardError> {
         let Carrier::Channel(channel) = &self.carrier else { return Ok(()) };
         let link = |error| BoardError::Link { url: self.url(), error };
-        let misfit = |error| BoardError::Misfit { url: self.url(), error };
+        let mismatch = |error| BoardError::Mismatch { url: self.url(), error };
         let mut setter = locked(&self.setter);
         match writer.or(setter.as_mut()) {
-            Some(writer) => writer.thaw(frozen).map_err(misfit)?,
-            None => channel.thaw(frozen).map_err(link)?.map_err(misfit)?,
+            Some(writer) => writer.restore(saved).map_err(mismatch)?,
+            None => channel.restore(saved).map_err(link)?.map_err(mismatch)?,
         }
         // It would wait for values that come after the last one it has seen.
         drop(locked(&self.probe).take());
@@ -336,7 +336,7 @@ impl Property {
     pub fn set_from_outside(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
         let access = |error| BoardError::Access { url: self.url(), error };
         let read_only = || BoardError::ReadOnly { url: self.url() };
-        // First, so that of two who set different fields at once neither undoes the other.
+        // First, so that of two setters of different fields at once neither undoes the other.
         let mut setter = locked(&self.setter);
         let writer = setter.as_mut().ok_or_else(read_only)?;
         let (mut bytes, items) = match self.newest()? {

@@ -15,7 +15,7 @@ impl Channel {
         let deeper = Self::new(self.shape, depth, budget);
         let own = Arc::downgrade(self);
         deeper.hook.set(move |link| {
-            // Its readers are this channel's; its writer is this one's, which tells of itself.
+            // Its readers are this channel's; its writer is this one's, which reports itself.
             if let (HandleChange::ReaderCame | HandleChange::ReaderLeft, Some(own)) = (link, own.upgrade()) {
                 own.hook.call(link);
             }

@@ -9,7 +9,7 @@ pub enum LinkError {
         limit: u16,
     },
     /// The property has a writer.
-    #[error("there is a writer already, of generation {generation}")]
+    #[error("it already has a writer, of generation {generation}")]
     WriterTaken {
         /// Generation of the writer.
         generation: u64,

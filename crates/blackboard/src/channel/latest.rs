@@ -86,7 +86,7 @@ impl Latest {
         }
         // A handle never has more than two pins: that is what the pool counts with.
         self.reject();
-        // What stands in the cell is the value of that number, or a newer one.
+        // The cell has the value of that number, or a newer one.
         self.candidate = Some(self.channel.pool.pin(self.channel.cell(tail)));
         true
     }
@@ -135,7 +135,7 @@ impl Latest {
             }
             self.replace(None);
         }
-        // The writer, who alone exchanges it, is not at work.
+        // Only the writer exchanges it, and it is not at work.
         let newest = (tail > 0).then(|| pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE)));
         self.held = newest.map(|slot| SlotPin::new(self.channel.pool.pointers(slot)));
         self.is_loose = self.held.is_some();
@@ -155,7 +155,7 @@ impl Latest {
     #[inline]
     pub fn hold(&mut self) {
         if self.is_loose && !cfg!(feature = "mutant-turns") {
-            // It is in the ring, as nothing was written since; else this is a newer one, which is news as long as nobody has
+            // It is in the ring, as nothing was written since; else this is a newer one, which is news as long as no reader has
             // looked at it.
             let tail = self.channel.published();
             let held = (tail > 0).then(|| self.channel.pool.pin(self.channel.cell(tail)));

@@ -76,7 +76,7 @@ impl Ledger {
             if entry.in_ring || pinned {
                 return true;
             }
-            // SAFETY: the slot is in no cell, so nobody can pin it, and nobody has.
+            // SAFETY: the slot is in no cell, so no reader can pin it, and none has.
             unsafe { pool.set_data(lent.slot, pool.own_data(lent.slot)) };
             entry.pins = entry.pins.wrapping_sub(1);
             // Now the bytes go.

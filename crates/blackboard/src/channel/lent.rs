@@ -5,7 +5,7 @@ use std::ptr::NonNull;
 /// Dropping this gives them back, in whatever thread writes to the channel, or drops the last handle of it.
 ///
 /// # Safety
-/// Until this is dropped the bytes are initialised, stay at their address and unchanged, and can be read by all threads.
+/// Until this is dropped the bytes are initialized, stay at their address and unchanged, and can be read by all threads.
 /// Moving this does not move them. Where another process could change them all the same, only such values may be lent
 /// in which every bit pattern is valid: then it spoils values and nothing more.
 pub unsafe trait LentBytes: fmt::Debug + Send + Sync {

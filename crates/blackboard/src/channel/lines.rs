@@ -22,7 +22,7 @@ pub(super) struct SlotUse {
 #[derive(Debug)]
 pub(super) struct FarLines(pub Box<[UnsafeCell<UseLine>]>);
 
-// SAFETY: only the ledger's holder, of whom there is one, gets at the entries.
+// SAFETY: only the one holder of the ledger has access to the entries.
 unsafe impl Sync for FarLines {}
 
 impl FarLines {

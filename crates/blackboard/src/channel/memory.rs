@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 /// Allocator of values outside of the heap: an arena that another process maps too.
 ///
-/// Only bytes are taken from here. What the protocol trusts stays in private memory, so whoever else can write to
+/// Only bytes are taken from here. What the protocol trusts stays in private memory, so another process that can write to
 /// this memory spoils values and nothing more. It is called when handles are linked and when the channel is gone, never
 /// while a value is written.
 ///
@@ -20,7 +20,7 @@ pub unsafe trait ValueMemory: Send + Sync {
     /// Frees memory.
     ///
     /// # Safety
-    /// It was allocated here with this layout, and nobody uses it any more.
+    /// It was allocated here with this layout, and is unused.
     unsafe fn free(&self, memory: NonNull<u8>, layout: Layout);
 }
 

@@ -20,7 +20,6 @@
 mod aside;
 mod deeper;
 mod error;
-mod frozen;
 mod latest;
 mod ledger;
 mod lent;
@@ -29,6 +28,7 @@ mod link;
 mod memory;
 mod pool;
 mod queue;
+mod snapshot;
 mod writer;
 
 use std::ops::DerefMut;
@@ -37,13 +37,13 @@ use std::sync::{Arc, PoisonError};
 pub use crate::message::Tap;
 pub use aside::SetAside;
 pub use error::{AdoptError, Blocked, LinkError};
-pub use frozen::{Frozen, FrozenValue, Misfit};
 pub use latest::Latest;
 pub use lent::LentBytes;
 pub(crate) use link::HandleChange;
 pub use memory::ValueMemory;
 pub use pool::Loan;
 pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
+pub use snapshot::{ChannelSnapshot, StampedValue, ValueMismatch};
 pub use writer::{Draft, Writer};
 
 use crate::Shape;

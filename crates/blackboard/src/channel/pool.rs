@@ -125,10 +125,10 @@ impl Pool {
     /// Creates a pool of at most `limit` slots, of which `near` are looked up at once.
     pub fn new(shape: Shape, near: usize, limit: usize, memory: SlotMemory) -> Self {
         let bytes = shape.bytes(shape.capacity);
-        // What exceeds the address space fails when it is allocated.
+        // A size beyond the address space fails at allocation.
         let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(OVERSIZED_LAYOUT);
         let slot = match memory {
-            // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
+            // Neighboring lines are fetched in pairs, so a value of one line comes with its header.
             SlotMemory::Heap if bytes <= size_of::<u64>() && shape.align <= align_of::<u64>() => {
                 Layout::new::<Slot>()
             }
@@ -185,7 +185,7 @@ impl Pool {
             return false;
         }
         for (index, pointers) in (first..).zip(made) {
-            // What the slot holds is published with the count, and to readers with the cell that names it.
+            // The slot's content is published with the count, and to readers with the cell that names it.
             let entry = self.entry(index);
             entry.slot.store(pointers.slot.as_ptr(), Ordering::Relaxed);
             entry.data.store(pointers.data.as_ptr(), Ordering::Relaxed);
@@ -215,7 +215,7 @@ impl Pool {
                 }
             }),
             SlotMemory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
-                // SAFETY: the memory promises that many bytes, which nobody else has. Readers may look at all of them.
+                // SAFETY: the memory promises that many bytes for exclusive use. Readers may look at all of them.
                 unsafe { data.write_bytes(0, self.bytes.size()) };
             }),
         };
@@ -233,7 +233,7 @@ impl Pool {
     }
 
     /// # Safety
-    /// It was made by this pool, and nobody uses it any more.
+    /// It was made by this pool, and is unused.
     unsafe fn free(&self, pointers: SlotPointers) {
         // SAFETY: allocated with these layouts, and passed on to the caller.
         unsafe {
@@ -284,7 +284,7 @@ impl Pool {
     /// back, when it found that all pins are back: so they see no newer one.
     ///
     /// # Safety
-    /// The slot is in no cell and nobody has it pinned. The bytes are as many as its next value has, and stay until it
+    /// The slot is in no cell and not pinned. The bytes are as many as its next value has, and stay until it
     /// has others.
     pub unsafe fn set_data(&self, index: u16, data: NonNull<u8>) {
         self.entry(index.into()).data.store(data.as_ptr(), Ordering::Relaxed);
@@ -327,7 +327,7 @@ impl Drop for Pool {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlotPin(SlotPointers);
 
-// SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
+// SAFETY: a slot's value is written by the one writer while it is not pinned, and only read by readers that pinned it;
 // the count of returned pins is atomic.
 unsafe impl Send for SlotPin {}
 // SAFETY: as above.
@@ -389,7 +389,7 @@ impl<'a> Loan<'a> {
     /// Returns the value.
     #[inline]
     pub fn bytes(&self) -> &'a [u8] {
-        // SAFETY: the slot has room for that many bytes, its bytes are initialised, and it is pinned.
+        // SAFETY: the slot has room for that many bytes, its bytes are initialized, and it is pinned.
         unsafe { std::slice::from_raw_parts(self.as_ptr(), self.header().length) }
     }
 

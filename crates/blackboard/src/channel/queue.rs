@@ -186,7 +186,7 @@ impl QueueReader {
 
     /// Returns the number of values that it has missed or will certainly miss.
     pub fn lost(&self) -> u64 {
-        // Looked at once, as the writer goes on meanwhile.
+        // Looked at once, as the writer continues meanwhile.
         let lag = self.lag();
         self.skipped + lag - self.waiting_of(lag)
     }

@@ -141,7 +141,7 @@ impl Writer {
     /// More items than fit are cut.
     ///
     /// # Errors
-    /// When a reader that must not be overtaken is behind; the draft stays as it is.
+    /// When a reader that must not be overtaken is behind; the draft remains unchanged.
     #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
         let items = items.min(self.capacity);
@@ -170,7 +170,7 @@ impl Writer {
         });
         let ring = &*channel.ring;
         let (cell, first) = (&ring[ledger.cell], &ring[0]);
-        // Brings the value to whoever pins it, and what readers gave back before they pinned anew to the writer: so
+        // Publishes the value to the readers that pin it, and what readers gave back before they pinned anew to the writer: so
         // it never counts more pins of a reader than that may hold.
         let old = cell.word.swap(pool::word(index) | pins, order::PUBLISH);
         first.tail.store(sequence, order::RELEASE);
@@ -192,9 +192,9 @@ impl Writer {
     #[cold]
     #[inline(never)]
     fn copy(&mut self, data: *const u8, length: usize, items: usize, time: u64) {
-        // SAFETY: the value is in the other channel's ring, so its writer, who calls this, leaves it alone.
+        // SAFETY: the value is in the other channel's ring, so its writer, which calls this, does not touch it.
         let bytes = unsafe { std::slice::from_raw_parts(data, length) };
-        // Nobody holds a deeper channel up.
+        // Nothing blocks a deeper channel.
         let _ = self.write(bytes, items, time);
     }
 
@@ -251,7 +251,7 @@ impl Writer {
         let size = self.bytes(items);
         let length = bytes.len().min(size);
         let data = self.draft_ptr();
-        // SAFETY: the draft has room for that many items, and nobody else has it.
+        // SAFETY: the draft has room for that many items, and is not shared.
         unsafe {
             data.copy_from_nonoverlapping(bytes.as_ptr(), length);
             if length < size {
@@ -288,8 +288,8 @@ impl Writer {
         }
         self.give_back();
         let slot = self.draft_index();
-        // As the value's bytes would be, this is changed while the slot is the draft, which nobody has pinned, and
-        // brought by the exchange of the cell to whoever pins it: see `Pool::set_data`.
+        // As the value's bytes would be, this is changed while the slot is the draft, which is not pinned, and
+        // published by the exchange of the cell to the readers that pin it: see `Pool::set_data`.
         // SAFETY: the slot is the draft, and shows the bytes until they are given back.
         unsafe { self.channel.pool.set_data(slot, lent.cast()) };
         // The writer pins it, too: so it takes the slot for no draft, however it looks for one, before it has given the
@@ -374,7 +374,7 @@ impl Writer {
 #[cold]
 #[inline(never)]
 fn show(tap: &dyn Tap, data: *const u8, length: usize, items: usize, stamp: Stamp) {
-    // SAFETY: the value is in the ring, so its writer, who calls this, leaves it alone.
+    // SAFETY: the value is in the ring, so its writer, which calls this, does not touch it.
     let bytes = unsafe { std::slice::from_raw_parts(data, length) };
     tap.wrote(bytes, items, stamp);
 }

@@ -73,28 +73,28 @@ impl CanonicalForm {
         {
             return true;
         }
-        // SAFETY: the bytes are borrowed exclusively and initialised, and gaps beyond them are left out.
+        // SAFETY: the bytes are borrowed exclusively and initialized, and gaps beyond them are left out.
         unsafe { self.clear_gaps(bytes.as_mut_ptr(), bytes.len(), items) };
         self.canonicalize_numbers(bytes, items)
     }
 
     /// Canonicalizes as [`canonicalize`](Self::canonicalize), and lends its bytes.
-    /// The value was written by its type, so its padding may be uninitialised.
+    /// The value was written by its type, so its padding may be uninitialized.
     ///
     /// # Safety
     /// `data` is valid for `length` bytes, which hold a value of that interface with `items` tail items whose fields are
-    /// initialised, and nobody else uses them during `'a`.
+    /// initialized, and not used elsewhere during `'a`.
     #[inline]
     pub unsafe fn canonical<'a>(&self, data: *mut u8, length: usize, items: usize) -> &'a mut [u8] {
         let is_canonical = self.only.is_some_and(|offset| {
-            // SAFETY: the number is a field, and so lies in the value and is initialised.
+            // SAFETY: the number is a field, and so lies in the value and is initialized.
             unsafe { data.add(offset).cast::<f64>().read_unaligned() }.is_finite()
         });
         if !is_canonical {
             // SAFETY: passed on to the caller.
             unsafe { self.clear_gaps(data, length, items) };
         }
-        // SAFETY: passed on to the caller; all bytes are initialised by now.
+        // SAFETY: passed on to the caller; all bytes are initialized by now.
         let bytes = unsafe { std::slice::from_raw_parts_mut(data, length) };
         if !is_canonical {
             self.canonicalize_numbers(bytes, items);
@@ -102,7 +102,7 @@ impl CanonicalForm {
         bytes
     }
 
-    /// Zeros the padding of a value, which may be uninitialised.
+    /// Zeros the padding of a value, which may be uninitialized.
     ///
     /// # Safety
     /// As for [`canonical`](Self::canonical).

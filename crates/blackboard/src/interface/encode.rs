@@ -26,7 +26,7 @@ pub fn edit(
             return Err(AccessError::UnknownField {
                 interface: descriptor.name.into(),
                 field: path.into(),
-                known: "only as many items as its length says".into(),
+                known: "at most as many items as its length".into(),
             });
         }
         write(field_path.kind(), &mut copy[field_path.offset()..], &mut new_items, path, value)?;

@@ -53,7 +53,7 @@ pub unsafe trait Interface: Send + Sync + 'static {
     /// Returns the value in `data` for writing, with `items` tail items.
     ///
     /// # Safety
-    /// As for [`from_raw`](Interface::from_raw), writable, and referred to by nobody else.
+    /// As for [`from_raw`](Interface::from_raw), writable, and without another reference.
     unsafe fn from_raw_mut<'a>(data: *mut u8, items: usize) -> &'a mut Self;
 }
 

@@ -4,7 +4,7 @@ use super::{Descriptor, Kind};
 
 /// Zeros the padding of a value, so that its bytes depend on its fields alone.
 ///
-/// A typed write leaves padding undefined. It is written here and never read, so it may be uninitialised.
+/// A typed write leaves padding undefined. It is written here and never read, so it may be uninitialized.
 ///
 /// # Safety
 /// `data` is valid for writing a value of that interface with `items` tail items.

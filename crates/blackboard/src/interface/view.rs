@@ -25,7 +25,7 @@ impl<'a> View<'a> {
     /// Creates a view of a typed value without a tail, whose padding is zeroed.
     pub fn of<T: Interface>(value: &'a mut T) -> Self {
         let data = std::ptr::from_mut(value).cast::<u8>();
-        // SAFETY: the value is borrowed exclusively. Its fields are initialised, and so is its padding once it is zeroed:
+        // SAFETY: the value is borrowed exclusively. Its fields are initialized, and so is its padding once it is zeroed:
         // nothing writes the value as a whole while the view lasts.
         let bytes = unsafe {
             // The host shows its own values in every few cycles, and most have none.

@@ -22,7 +22,7 @@ pub struct Arena {
     taken: Mutex<Vec<Option<Layout>>>,
 }
 
-// SAFETY: a block belongs to whoever it was given to.
+// SAFETY: a block belongs to its receiver.
 unsafe impl Send for Arena {}
 // SAFETY: as above.
 unsafe impl Sync for Arena {}
@@ -68,7 +68,7 @@ unsafe impl ValueMemory for Arena {
         let index = self.blocks.iter().position(|block| block.0.get().cast() == memory.as_ptr());
         let freed = self.taken.lock().unwrap()[index.unwrap()].take();
         assert_eq!(freed, Some(layout));
-        // SAFETY: nobody uses it any more.
+        // SAFETY: it is unused.
         unsafe { memory.as_ptr().write_bytes(0xaa, BLOCK) };
     }
 }

@@ -21,7 +21,7 @@ struct Memory {
     length: usize,
 }
 
-// SAFETY: written before it is lent, and when nobody has it any more.
+// SAFETY: written before it is lent, and after it was returned.
 unsafe impl Send for Memory {}
 // SAFETY: as above.
 unsafe impl Sync for Memory {}
@@ -34,7 +34,7 @@ impl Memory {
     }
 }
 
-/// Who lends, and knows what is lent. What was given back stays allocated, so that whoever looks at it sees that.
+/// Lender with the list of its loans. Returned memory stays allocated, so that a later use is detected.
 #[derive(Clone, Debug, Default)]
 pub struct Lender {
     lent: Arc<Mutex<BTreeMap<u64, Arc<Memory>>>>,
@@ -57,7 +57,7 @@ unsafe impl LentBytes for Loan {
 
 impl Drop for Loan {
     fn drop(&mut self) {
-        // SAFETY: nobody reads it any more, which is what the tests look at.
+        // SAFETY: no reader is left, which the tests check.
         unsafe { self.memory.bytes().cast::<u8>().write_bytes(SPOILT, self.memory.length) };
         let memory = self.lender.lent.lock().unwrap().remove(&self.number).unwrap();
         self.lender.returned.lock().unwrap().push(memory);

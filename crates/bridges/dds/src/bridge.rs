@@ -28,7 +28,7 @@ const WORDS: MatchWords = MatchWords {
     scheme: TABLE,
     roles: ["writer", "reader"],
     message_name: |type_name| type_name.into(),
-    advice: "give the topic that type",
+    help: "give the topic that type",
 };
 
 /// Topic that is read, and its messages.

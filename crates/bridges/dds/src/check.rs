@@ -25,7 +25,7 @@ pub fn topic_input<P: ExternalPorts>(
     ports: &P,
     own: &TopicInput<DdsTopic>,
 ) -> Result<(P::Property, DdsMessage), Box<TopicMismatch>> {
-    let property = input(ports, &own.input, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+    let property = input(ports, &own.input, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_decodable().map(|()| message));
     let wrong = |reason| TopicMismatch::new(&own.input, &own.topic, reason, FIELDS).at(own.place);
@@ -37,7 +37,7 @@ pub fn topic_output<P: ExternalPorts>(
     ports: &P,
     own: &TopicOutput<DdsTopic>,
 ) -> Result<(P::Property, DdsMessage), Box<TopicMismatch>> {
-    let property = output(ports, &own.property, &own.topic).map_err(|misfit| misfit.at(own.place))?;
+    let property = output(ports, &own.property, &own.topic).map_err(|mismatch| mismatch.at(own.place))?;
     let message = DdsMessage::of(property.descriptor(), own.quality.of.as_ref());
     let message = message.and_then(|message| message.check_encodable().map(|()| message));
     let wrong = |reason| TopicMismatch::new(&own.property, &own.topic, reason, FIELDS).at(own.place);

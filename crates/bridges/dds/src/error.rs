@@ -21,10 +21,10 @@ pub enum DdsError {
 }
 
 impl DdsError {
-    /// Returns the advice that resolves it.
+    /// Returns the help that resolves it.
     pub fn help(&self) -> &str {
         match self {
-            Self::Topic(misfit) => misfit.help,
+            Self::Topic(mismatch) => mismatch.help,
             Self::Network { .. } => {
                 "take another domain, or end programs that have its UDP ports, 7400 + 250 x domain: ss -lunp"
             }
@@ -32,11 +32,11 @@ impl DdsError {
         }
     }
 
-    /// Returns the error with file, line and advice.
+    /// Returns the error with file, line and help.
     /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         match self {
-            Self::Topic(misfit) => misfit.report(configuration),
+            Self::Topic(mismatch) => mismatch.report(configuration),
             _ => Report::from(Diagnostic::without_place(self.to_string(), Some(self.help().to_owned()))),
         }
     }

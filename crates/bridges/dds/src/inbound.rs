@@ -15,7 +15,7 @@ use crate::participant::DdsReader;
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
-const TURN: usize = 256;
+const BATCH_LIMIT: usize = 256;
 
 /// Receives messages of topics for inputs, by place, until the end.
 /// `look` is called in between.
@@ -33,13 +33,13 @@ pub fn receive(
         for (place, (reader, message)) in readers.iter_mut().enumerate() {
             // Before messages are taken: later ones wake this thread.
             reader.watch(&waker);
-            let mut taken = std::iter::from_fn(|| reader.take(&waker)).take(TURN);
+            let mut taken = std::iter::from_fn(|| reader.take(&waker)).take(BATCH_LIMIT);
             let mut count = 0;
             taken.by_ref().for_each(|bytes| {
                 count += 1;
                 inbound.push(place, bytes.and_then(|bytes| message.decode(&bytes)));
             });
-            is_done &= count < TURN;
+            is_done &= count < BATCH_LIMIT;
         }
         if is_done {
             wake.wait_timeout(IDLE_PERIOD);

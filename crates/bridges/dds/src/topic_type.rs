@@ -48,7 +48,7 @@ fn topic_type(reader: &mut TableReader<'_>, table: &Table) -> Option<TopicType> 
     let (name, span) = match (name, &idl) {
         (Some(name), _) => name,
         (None, Some((_, span))) => {
-            reader.add(*span, "`idl` defines a type, and `type` does not say which", TYPE);
+            reader.add(*span, "`idl` needs a `type` that names one of its structs", TYPE);
             return None;
         }
         (None, None) => {
@@ -130,7 +130,7 @@ fn check_type_name(name: &str) -> Result<(), String> {
         return Err(format!("it has {} bytes, more than {MAX_NAME}", name.len()));
     }
     match name.split("::").find(|part| !is_word(part)) {
-        Some(part) => Err(format!("`{part}` is no identifier; `::` separates a module from what is in it")),
+        Some(part) => Err(format!("`{part}` is no identifier; `::` separates a module from its types")),
         None => Ok(()),
     }
 }

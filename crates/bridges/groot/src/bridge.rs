@@ -22,7 +22,7 @@ const MOST_CONNECTIONS: usize = 16;
 /// Time that the end of the bridge waits for pending answers.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Server of an agent's behaviour trees for monitors, as long as this value lives.
+/// Server of an agent's behavior trees for monitors, as long as this value lives.
 /// All of it runs in a thread of its own.
 #[derive(Debug)]
 pub struct GrootBridge {

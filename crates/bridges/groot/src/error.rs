@@ -2,17 +2,17 @@
 
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
 
-/// Error of the bridge to monitors of behaviour trees.
+/// Error of the bridge to monitors of behavior trees.
 #[derive(Debug, thiserror::Error)]
 pub enum GrootError {
-    /// No Plan follows a behaviour tree.
-    #[error("no Plan of this agent follows a behaviour tree, so [groot] has nothing to show")]
+    /// No Plan follows a behavior tree.
+    #[error("no Plan of this agent follows a behavior tree, so [groot] has nothing to show")]
     NoTree,
     /// The Plans have no ports yet.
-    #[error("{} Plans follow behaviour trees, and each needs a port: {}", .0.len(), .0.join(", "))]
+    #[error("{} Plans follow behavior trees, and each needs a port: {}", .0.len(), .0.join(", "))]
     SeveralTrees(Vec<String>),
     /// Module that follows no tree.
-    #[error("`{plan}` is no Plan that follows a behaviour tree{}", known_plans(.known))]
+    #[error("`{plan}` is no Plan that follows a behavior tree{}", known_plans(.known))]
     UnknownPlan {
         /// Path of the module.
         plan: String,
@@ -35,7 +35,7 @@ pub enum GrootError {
 }
 
 impl GrootError {
-    /// Returns advice that resolves it.
+    /// Returns help that resolves it.
     pub fn help(&self) -> String {
         match self {
             Self::NoTree => "add a Plan with kind = \"behavior_tree_plan\"; or take [groot] away".into(),
@@ -54,7 +54,7 @@ impl GrootError {
         }
     }
 
-    /// Returns the error with file, line and advice.
+    /// Returns the error with file, line and help.
     /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let (message, help) = (self.to_string(), Some(self.help()));
@@ -70,5 +70,5 @@ impl GrootError {
 }
 
 fn known_plans(plans: &[String]) -> String {
-    if plans.is_empty() { String::new() } else { format!("; there are: {}", plans.join(", ")) }
+    if plans.is_empty() { String::new() } else { format!("; available: {}", plans.join(", ")) }
 }

@@ -1,4 +1,4 @@
-//! Behaviour trees of an agent in Groot2 and other monitors of BehaviorTree.CPP.
+//! Behavior trees of an agent in Groot2 and other monitors of BehaviorTree.CPP.
 //! See [Groot2](https://www.behaviortree.dev/groot).
 //!
 //! A [`GrootSettings`] is the table `[groot]` of a configuration, and a [`GrootBridge`] answers the requests of monitors: for

@@ -51,7 +51,7 @@ fn pack_length([short, middle, long]: [u8; 3], length: usize, bytes: &mut Vec<u8
             bytes.push(middle);
             bytes.extend(length.to_be_bytes());
         }
-        // What is packed comes from a property, which is shorter.
+        // The packed value comes from a property, which is shorter.
         _ => {
             bytes.push(long);
             bytes.extend((length as u32).to_be_bytes());

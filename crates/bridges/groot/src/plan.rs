@@ -65,7 +65,7 @@ impl ShownPlan {
         drop(watching);
         let newest = property.newest().map_err(|error| error.to_string())?;
         let (bytes, items, _) = newest.ok_or_else(|| {
-            format!("the Plan {path} has no tree, or does not run: its log says why, and slate module list")
+            format!("the Plan {path} has no tree, or does not run: see its log, and slate module list")
         })?;
         shown(&bytes, items).ok_or_else(|| format!("the Plan {path} shows another interface"))?
     }

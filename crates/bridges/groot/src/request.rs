@@ -30,7 +30,7 @@ async fn reply(plan: &ShownPlan, request: &[Vec<u8>]) -> Result<Vec<Vec<u8>>, St
             let names = parts.first().ok_or("expected the names of blackboards in a second frame")?;
             blackboards(plan.blackboards().await?, &String::from_utf8_lossy(names))?
         }
-        // There are none.
+        // It has no elements.
         b'D' => ShownValue { fingerprint: 0, content: b"[]".to_vec() },
         b'A' | b'X' => return Ok(vec![reply_header(plan, kind, id, 0)]),
         b'I' | b'R' | b'U' => return Err(NO_BREAKPOINTS.into()),

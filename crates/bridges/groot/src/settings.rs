@@ -12,7 +12,7 @@ const PORT: u16 = 1667;
 
 const KNOWN: [&str; 4] = ["port", "ports", "address", "trusted"];
 
-/// Settings of the behaviour trees for monitors, and their addresses.
+/// Settings of the behavior trees for monitors, and their addresses.
 ///
 /// ```
 /// use slate_groot::{GrootSettings, ServedTrees};

@@ -26,17 +26,17 @@ fn a_table_that_is_wrong_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_tree_that_is_not_there_is_told_before_a_run() {
+fn missing_tree_is_reported_before_run() {
     let planner = "[modules.planner]\nkind = \"shown\"";
     let two = format!("{planner}\n[modules.other]\nkind = \"shown\"");
     for (modules, table, words) in [
-        ("", "port = 0", "no Plan of this agent follows a behaviour tree"),
-        (&two[..], "port = 0", "2 Plans follow behaviour trees, and each needs a port: other, planner"),
+        ("", "port = 0", "no Plan of this agent follows a behavior tree"),
+        (&two[..], "port = 0", "2 Plans follow behavior trees, and each needs a port: other, planner"),
         (&two, "port = 0", "ports = { \"other\" = 1667, \"planner\" = 1669 }"),
         (
             planner,
             "ports = { plan = 0 }",
-            "`plan` is no Plan that follows a behaviour tree; there are: planner",
+            "`plan` is no Plan that follows a behavior tree; available: planner",
         ),
     ] {
         let database = database(&format!("{modules}\n[groot]\n{table}"));

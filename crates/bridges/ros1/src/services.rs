@@ -133,10 +133,10 @@ impl OutboxClient {
     ) -> Result<Result<(), Option<String>>, String> {
         let ServiceCall { service, service_type: of, timeout: longest, .. } = &self.call;
         let request = self.pairs.message(value);
-        let asked = async { timeout(*longest, call_service(node, service, of, &request)).await };
-        let asked =
-            network.block_on(asked).map_err(|_| format!("{service} has not answered within {longest:?}"))?;
-        let response = match asked? {
+        let call = async { timeout(*longest, call_service(node, service, of, &request)).await };
+        let call =
+            network.block_on(call).map_err(|_| format!("{service} has not answered within {longest:?}"))?;
+        let response = match call? {
             Ok(response) => response,
             Err(reason) => return Ok(Err(Some(format!("{service} failed: {reason}")))),
         };

@@ -145,7 +145,7 @@ fn master(reader: &mut TableReader<'_>, table: &Table, trusted: bool, place: Opt
             let message = format!(
                 "the master at {master} is not named by localhost or a loopback address, and ROS 1 is neither encrypted nor authenticated"
             );
-            let help = "write trusted = true in [ros1] if all who reach this machine may read and command";
+            let help = "write trusted = true in [ros1] if every program that reaches this machine may read and command";
             reader.add(span, message, help);
         }
         Some(_) => {}

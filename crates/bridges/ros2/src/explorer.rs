@@ -51,7 +51,7 @@ impl RosExplorer {
 
     /// Gathers nodes and topics for this time.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-    pub fn look(&mut self, time: Duration) {
+    pub fn discover(&mut self, time: Duration) {
         let began = Instant::now();
         while began.elapsed() < time {
             self.view.take();
@@ -81,7 +81,7 @@ impl RosExplorer {
     pub fn subscribe(&self, topic: &str) -> Result<TopicStream, RosError> {
         let found = self.topics().remove(topic).unwrap_or_default();
         let Some(first) = found.publishers.first() else {
-            return Err(RosError::definition(topic, "nobody publishes it".into()));
+            return Err(RosError::definition(topic, "it has no publisher".into()));
         };
         let quality = TopicQuality {
             reliable: found.publishers.iter().all(|own| own.reliable),
@@ -161,5 +161,5 @@ fn definition_of(message: &str, path: Option<&Path>) -> Result<Definition, Strin
     }
     let transforms = transforms_definition();
     let known = if message == transforms.name { Some(transforms) } else { message_definition(message) };
-    known.ok_or_else(|| format!("the definition of {message} is not known here"))
+    known.ok_or_else(|| format!("the definition of {message} is unknown"))
 }

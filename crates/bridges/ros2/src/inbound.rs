@@ -14,7 +14,7 @@ use crate::wire::TopicReader;
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages of a topic that are taken before those of the next.
-const TURN: usize = 256;
+const BATCH_LIMIT: usize = 256;
 
 /// Readers of topics that fill inputs, by place.
 pub struct TopicReaders(pub Vec<(Arc<dyn TopicReader>, RosMessage)>);
@@ -41,7 +41,7 @@ impl TopicReaders {
 
 /// Takes the received messages of a topic; returns whether none is left.
 fn take(reader: &dyn TopicReader, message: &RosMessage, push: impl Fn(Result<Vec<u8>, String>)) -> bool {
-    for _ in 0..TURN {
+    for _ in 0..BATCH_LIMIT {
         push(match reader.take() {
             Ok(Some(bytes)) => message.decode(&bytes).map_err(|error| error.to_string()),
             Ok(None) => return true,

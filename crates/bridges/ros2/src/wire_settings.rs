@@ -25,7 +25,7 @@ impl RosWireSettings {
     /// A router on another machine needs a trusted network.
     ///
     /// # Errors
-    /// Reason why the endpoint is invalid, and advice.
+    /// Reason why the endpoint is invalid, and help.
     pub fn zenoh(router: &str, trusted: bool) -> Result<Self, (String, &'static str)> {
         const LOCAL: &str = "connect to a router on this machine, which reaches others by `quic/` or `tls/`";
         let router = NetworkEndpoint::parse(router)?;
@@ -36,7 +36,7 @@ impl RosWireSettings {
             let message = format!("`{router}` is on another machine, and what goes there is clear text");
             return Err((
                 message,
-                "connect to a router on this machine, which reaches others by `quic/` or `tls/`; or say that the network is trusted: trusted = true",
+                "connect to a router on this machine, which reaches others by `quic/` or `tls/`; or declare the network trusted: trusted = true",
             ));
         }
         Ok(Self::Zenoh { router })

@@ -45,7 +45,7 @@ impl RosError {
         Self::Definition { name: name.into(), reason, help }
     }
 
-    /// Returns the advice that resolves it.
+    /// Returns the help that resolves it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(mismatch) => mismatch.help,
@@ -57,7 +57,7 @@ impl RosError {
         }
     }
 
-    /// Returns the error with file, line and advice.
+    /// Returns the error with file, line and help.
     /// `configuration` must be the one that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         match self {

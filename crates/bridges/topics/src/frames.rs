@@ -18,7 +18,7 @@ use crate::options::FrameInput;
 use crate::outbound::date;
 use crate::services::bytes;
 
-/// Period at which added and removed properties are looked for.
+/// Period at which added and removed properties are searched for.
 const SURVEY_PERIOD: Duration = Duration::from_secs(1);
 
 const SECOND: u64 = 1_000_000_000;

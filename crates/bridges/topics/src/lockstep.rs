@@ -119,8 +119,8 @@ impl<S: TopicSink, M: TopicMessage> LockstepTopics<S, M> {
         let lost = self.inbound.awaited().take_lost(own.index);
         if lost > 0 && !own.wait.continue_when_late {
             return Err(format!(
-                "{}: /{} takes one message of {} for {}, and so many more came that {lost} had no room: let the node publish \
-                 one for each, or raise depth",
+                "{}: /{} takes one message of {} for {}; {lost} more were dropped: let the node publish one \
+                 message for each, or raise depth",
                 self.inbound.scheme(),
                 topic.input(),
                 topic.topic(),

@@ -31,7 +31,7 @@ impl TopicMismatch {
         self
     }
 
-    /// Returns the error with file, line and advice.
+    /// Returns the error with file, line and help.
     /// `configuration` must be the one that the topic came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help.to_owned());

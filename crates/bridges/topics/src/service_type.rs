@@ -49,7 +49,7 @@ impl ServiceType {
         let found = STANDARD_SERVICES.iter().find(|(known, _)| Some(*known) == short);
         let (_, definition) = found.ok_or_else(|| {
             let known = STANDARD_SERVICES.map(|(known, _)| format!("{}{known}", folder(format))).join(", ");
-            format!("the definition of {name} is not known here, as those of {known} are")
+            format!("the definition of {name} is unknown; known ones: {known}")
         })?;
         Self::parse(format, name, definition)
     }

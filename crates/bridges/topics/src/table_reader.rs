@@ -70,7 +70,7 @@ impl<'c> TableReader<'c> {
         if self.errors.is_empty() { Ok(settings) } else { Err(Report::from(self.errors)) }
     }
 
-    /// Adds an error with a place and advice.
+    /// Adds an error with a place and help.
     pub fn add(&mut self, span: impl Into<Option<Span>>, message: impl Into<Message>, help: &str) {
         self.errors.push(match span.into() {
             Some(span) => self.configuration.diagnostic(span, message, Some(help.into())),

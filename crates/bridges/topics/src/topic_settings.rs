@@ -78,7 +78,7 @@ pub struct TopicSettings<O> {
     pub write: Vec<TopicOutput<O>>,
 }
 
-/// Returns advice for a link of a scheme.
+/// Returns help for a link of a scheme.
 pub fn link_help(scheme: &str) -> String {
     format!(
         "write \"driver/scan\" = \"{scheme}:/scan\" or \"{scheme}:/cmd_vel\" = \"/r2/wheels/command\" in [links]"

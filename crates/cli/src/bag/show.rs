@@ -104,11 +104,11 @@ pub fn info(file: &Path, info: &Info) {
 /// An outbox is recorded with the inbox that it sends to.
 fn links(texts: &BTreeMap<String, String>, inboxes: &BTreeSet<&str>) {
     output::line("metadata links");
-    let told = |(port, other): (&String, &String)| match inboxes.contains(other.as_str()) {
+    let row = |(port, other): (&String, &String)| match inboxes.contains(other.as_str()) {
         true => [format!("  {}", other.trim_start_matches('/')), format!("/{port}")],
         false => [format!("  {port}"), other.clone()],
     };
-    let mut rows: Vec<_> = texts.iter().map(told).collect();
+    let mut rows: Vec<_> = texts.iter().map(row).collect();
     rows.sort();
     output::columns(rows);
 }
@@ -128,7 +128,7 @@ pub fn repaired(file: &Path, repaired: &Repaired) {
     }
     if repaired.unchecked > 0 {
         let messages = counted(repaired.unchecked, "message", "messages");
-        output::line(format_args!("no checksum says whether {messages} are right"));
+        output::line(format_args!("{messages} have no checksum"));
     }
     for lost in &repaired.lost {
         output::line(format_args!("lost: {} bytes at byte {}: {}", lost.bytes, lost.offset, lost.what));
@@ -221,8 +221,6 @@ fn measured(diff: &Diff) {
     let topics = diff.measured.len() as u64;
     if topics > 0 {
         let topics = counted(topics, "topic", "topics");
-        output::line(format_args!(
-            "not compared: {topics} of what was measured on the wall clock; --all compares it"
-        ));
+        output::line(format_args!("not compared: {topics} of wall-clock measurements; --all compares them"));
     }
 }

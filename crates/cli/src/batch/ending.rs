@@ -46,7 +46,7 @@ impl BatchEnding {
         ending
     }
 
-    /// Returns whether a person asked for the end.
+    /// Returns whether a person requested the end.
     pub fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Acquire)
     }

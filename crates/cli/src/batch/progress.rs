@@ -65,7 +65,7 @@ impl BatchProgress {
         self.printed = now();
         let text = self.text();
         let mut out = std::io::stderr().lock();
-        // What can't be shown is not missed.
+        // A closed output is ignored.
         let _ = if self.terminal {
             // A line that wraps could not be written over. Some terminals don't know their width.
             let columns = size().ok().filter(|(columns, _)| *columns > 0).map_or(80, |(columns, _)| columns);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use slate::runtime::Mistake;
+use slate::runtime::ErrorCode;
 use slate::runtime::configuration::{Diagnostic, Report};
 use slate_run::ConfigurationFinding;
 
@@ -34,7 +34,7 @@ impl Findings {
     /// `variant` is a variant that is not chosen; `None` for the chosen ones.
     pub fn add(&mut self, severity: &'static str, diagnostics: &[Diagnostic], variant: Option<&str>) {
         for diagnostic in diagnostics {
-            let diagnostic = &diagnostic.clone().or(Mistake::Setting);
+            let diagnostic = &diagnostic.clone().or(ErrorCode::Setting);
             let is_same = |one: &&mut VariantFinding| place(&one.diagnostic) == place(diagnostic);
             match (self.0.iter_mut().find(is_same), variant) {
                 (Some(known), Some(variant)) if !known.variants.is_empty() => {
@@ -60,15 +60,15 @@ impl Findings {
 
     /// Returns the codes.
     pub fn codes(&self) -> BTreeSet<&'static str> {
-        self.0.iter().filter_map(|one| one.diagnostic.mistake()).map(Mistake::code).collect()
+        self.0.iter().filter_map(|one| one.diagnostic.error_code()).map(ErrorCode::code).collect()
     }
 
     /// Returns the text for a terminal.
-    pub fn render(&self, colour: bool) -> String {
+    pub fn render(&self, color: bool) -> String {
         let one = |finding: &VariantFinding| {
             let report = Report::from(finding.in_words());
             match finding.severity {
-                "error" => report.render(colour),
+                "error" => report.render(color),
                 severity => format!("{}: {report}\n", finding.diagnostic.heading(severity)),
             }
         };

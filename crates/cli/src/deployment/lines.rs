@@ -14,7 +14,7 @@ const MAX_LINE_LENGTH: u64 = 64 << 10;
 /// Processes that it started may hold the streams open.
 const LAST_LINES_TIMEOUT: Duration = Duration::from_secs(1);
 
-const COLOURS: [Color; 6] =
+const COLORS: [Color; 6] =
     [Color::Cyan, Color::Magenta, Color::Yellow, Color::Green, Color::Blue, Color::Red];
 
 /// Destination of the lines.
@@ -33,13 +33,13 @@ impl OutputStream {
         };
         let name = format!("{name:width$} |");
         match terminal && std::env::var_os("NO_COLOR").is_none() {
-            true => format!("{} ", name.with(COLOURS[index % COLOURS.len()])),
+            true => format!("{} ", name.with(COLORS[index % COLORS.len()])),
             false => format!("{name} "),
         }
     }
 
     fn write(self, line: &[u8]) {
-        // In one piece, so that the lines of others don't come between; a closed one is nobody's loss.
+        // In one piece, so that the lines of others don't come between; a closed stream is ignored.
         let _ = match self {
             Self::Stdout => io::stdout().lock().write_all(line),
             Self::Stderr => io::stderr().lock().write_all(line),
@@ -82,7 +82,7 @@ impl Relay {
                 }
                 output.write(&line);
             }
-            // Who waits for it may have given up.
+            // The waiting thread may have given up.
             let _ = sender.send(summary);
         };
         std::thread::Builder::new().name("lines".into()).spawn(relay)?;

@@ -57,7 +57,7 @@ pub struct MemberProcess {
 
 impl TeamMember {
     /// Creates an agent that does not run yet.
-    /// The one that `has_console` has a web console for those who watch the run.
+    /// The one that `has_console` has a web console.
     pub fn new(
         verb: &RunVerb,
         (index, name): (usize, &str),

@@ -3,7 +3,7 @@
 
 mod lines;
 mod member;
-mod tether;
+mod supervisor_connection;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use crate::interrupt::DEBOUNCE;
 use crate::run_options::RunVerb;
 use crate::{examples, output};
 use member::{MemberProcess, TeamMember, code};
-pub use tether::{Tether, end_later};
+pub use supervisor_connection::{SupervisorConnection, end_later};
 
 /// Time that an agent may take to end on request.
 const TIMEOUT: Duration = Duration::from_secs(10);

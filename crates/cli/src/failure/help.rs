@@ -5,7 +5,7 @@ use slate::blackboard::nearest_names;
 use slate::control::ClientError;
 use slate::record::bag::Error as BagError;
 use slate::record::logs::{Format, recognise};
-use slate::runtime::configuration::Mistake;
+use slate::runtime::configuration::ErrorCode;
 use slate::runtime::printable;
 
 use super::{Failure, usage};
@@ -14,7 +14,7 @@ const NO_AGENT_HELP: &str =
     "start one with `slate run`; commands find agents of the same user with the same XDG_RUNTIME_DIR";
 
 impl Failure {
-    /// Returns the advice, if any.
+    /// Returns the help, if any.
     pub(super) fn help(&self) -> Option<String> {
         self.help_with_files()
             .or_else(|| self.help_with_agents())
@@ -22,7 +22,7 @@ impl Failure {
             .or_else(|| self.help_with_values())
     }
 
-    /// Returns advice about arguments, configurations, recordings and folders.
+    /// Returns help about arguments, configurations, recordings and folders.
     fn help_with_files(&self) -> Option<String> {
         Some(match self {
             Self::Words(error) => usage::help(error),
@@ -30,7 +30,7 @@ impl Failure {
             Self::NotBuilt { feature, .. } => {
                 format!("build it with the feature `{feature}`: cargo build --release --features {feature}")
             }
-            Self::Configuration(report) if report.mistake() == Some(Mistake::Kind) => parts_not_built()?,
+            Self::Configuration(report) if report.error_code() == Some(ErrorCode::Kind) => parts_not_built()?,
             Self::Unknown { help, .. } | Self::NoModule { help, .. } => help.clone(),
             Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
             Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
@@ -72,7 +72,7 @@ impl Failure {
         })
     }
 
-    /// Returns advice about reaching agents, and about modules, plugins and links.
+    /// Returns help about reaching agents, and about modules, plugins and links.
     fn help_with_agents(&self) -> Option<String> {
         Some(match self {
             Self::Unreachable(error) => error.help()?.to_string(),
@@ -115,11 +115,11 @@ impl Failure {
         })
     }
 
-    /// Returns advice about goals, actuators and teleoperation.
+    /// Returns help about goals, actuators and teleoperation.
     fn help_with_driving(&self) -> Option<String> {
         Some(match self {
             Self::GoalOutside { .. } => {
-                "choose a goal inside it, in metres; `slate set` accepts any, see `slate tree '/**/params' --values`".into()
+                "choose a goal inside it, in meters; `slate set` accepts any, see `slate tree '/**/params' --values`".into()
             }
             Self::NoGoal { others, .. } if !others.is_empty() => {
                 format!("robots with a settable goal: {}", others.join(", "))
@@ -150,7 +150,7 @@ impl Failure {
         })
     }
 
-    /// Returns advice about values, messages and codes.
+    /// Returns help about values, messages and codes.
     fn help_with_values(&self) -> Option<String> {
         Some(match self {
             Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
@@ -192,7 +192,7 @@ fn leading(near: Option<&str>, verb: Option<&str>) -> String {
     )
 }
 
-/// Maximum number of names in advice.
+/// Maximum number of names in help.
 const MAX_NAMES: usize = 24;
 
 fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) -> String {

@@ -6,14 +6,14 @@ mod usage;
 
 use std::path::{Path, PathBuf};
 
-use slate::control::client::{HttpRefusal, RequestError, Trouble};
+use slate::control::client::{AccessFailure, HttpRefusal, RequestError};
 use slate::control::{ClientError, OpenError};
 use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::snapshot::SnapshotError;
-use slate::runtime::{Mistake, StartError};
+use slate::runtime::{ErrorCode, StartError};
 use slate_run::RunError;
 
 use crate::condition::ConditionError;
@@ -120,8 +120,8 @@ pub enum Failure {
     ProjectName { name: String, what: &'static str, reason: &'static str },
     #[error("`{module}` is neither a recorded module nor a kind of module")]
     NoModule { module: String, help: String },
-    #[error("`{agent}` has not confirmed that its actuators are stopped: {trouble}")]
-    NotStopped { agent: String, trouble: String },
+    #[error("`{agent}` has not confirmed that its actuators are stopped: {reason}")]
+    NotStopped { agent: String, reason: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
     #[error("no module is called `{name}`")]
@@ -138,7 +138,7 @@ pub enum Failure {
     #[error("agent `{agent}` has no HTTP address")]
     NoConsole { agent: String },
     #[error("{0}")]
-    Network(#[from] Trouble),
+    Network(#[from] AccessFailure),
     #[error("{detail}")]
     Http { status: u16, detail: String, help: String, code: Option<String> },
     #[error("{}", no_goal(.found, .of.as_deref()))]
@@ -264,13 +264,13 @@ impl Failure {
     /// 3 for an unreachable agent, 4 for an unknown name, 5 for a refusal, 6 for a timeout, else 2.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Agent(ClientError::Refused(_)) => match self.mistake() {
-                Some(Mistake::Name | Mistake::Parameter | Mistake::Kind) => UNKNOWN,
+            Self::Agent(ClientError::Refused(_)) => match self.error_code() {
+                Some(ErrorCode::Name | ErrorCode::Parameter | ErrorCode::Kind) => UNKNOWN,
                 _ => REFUSED,
             },
             Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } | Self::NotStopped { .. } => UNREACHED,
-            Self::Network(Trouble::NoToken { .. }) => REFUSED,
-            Self::Network(trouble) if trouble.is_callers() => 2,
+            Self::Network(AccessFailure::NoToken { .. }) => REFUSED,
+            Self::Network(reason) if reason.is_callers() => 2,
             Self::NoConsole { .. } | Self::Network(_) => UNREACHED,
             Self::NotLinked { .. }
             | Self::NotLoaded { .. }
@@ -284,36 +284,36 @@ impl Failure {
             Self::NoValue(_) => NO_DATA,
             Self::Ros { code, .. } => *code,
             Self::Http { status: 404, .. } => UNKNOWN,
-            Self::Http { .. } if self.mistake() == Some(Mistake::Name) => UNKNOWN,
+            Self::Http { .. } if self.error_code() == Some(ErrorCode::Name) => UNKNOWN,
             Self::Http { status: 408 | 504, .. } => TIMED_OUT,
             Self::Http { .. } => REFUSED,
             _ => 2,
         }
     }
 
-    /// Returns the kind of mistake that `slate explain` describes, if it has one.
-    fn mistake(&self) -> Option<Mistake> {
+    /// Returns the error code that `slate explain` describes, if it has one.
+    fn error_code(&self) -> Option<ErrorCode> {
         match self {
-            Self::Configuration(report) => report.mistake(),
-            Self::Agent(ClientError::Refused(refusal)) => Mistake::from_code(refusal.code.as_deref()?),
+            Self::Configuration(report) => report.error_code(),
+            Self::Agent(ClientError::Refused(refusal)) => ErrorCode::from_code(refusal.code.as_deref()?),
             Self::Agent(ClientError::NoAgent { .. }) | Self::NoAgent | Self::Unmet { .. } => {
-                Some(Mistake::NoAgent)
+                Some(ErrorCode::NoAgent)
             }
             Self::Agent(ClientError::Lost { .. } | ClientError::InvalidAnswer { .. }) => {
-                Some(Mistake::Silent)
+                Some(ErrorCode::Silent)
             }
-            Self::NotStopped { .. } => Some(Mistake::Silent),
-            Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
-            Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
+            Self::NotStopped { .. } => Some(ErrorCode::Silent),
+            Self::Agent(ClientError::Version { .. }) => Some(ErrorCode::Version),
+            Self::SeveralAgents { .. } => Some(ErrorCode::WhichAgent),
             Self::NotLinked { .. } | Self::NotLoaded { .. } | Self::UnknownModule { .. } => {
-                Some(Mistake::Name)
+                Some(ErrorCode::Name)
             }
-            Self::NothingLike { .. } | Self::NothingBelow { .. } => Some(Mistake::Name),
-            Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
-            Self::Library(_) => Some(Mistake::Library),
-            Self::Condition { problem: ConditionError::NoField(_), .. } => Some(Mistake::Name),
-            Self::Condition { .. } | Self::GoalOutside { .. } => Some(Mistake::Value),
-            Self::Http { code, .. } => Mistake::from_code(code.as_deref()?),
+            Self::NothingLike { .. } | Self::NothingBelow { .. } => Some(ErrorCode::Name),
+            Self::NoGoal { .. } | Self::NoActuator { .. } => Some(ErrorCode::Name),
+            Self::Library(_) => Some(ErrorCode::Library),
+            Self::Condition { problem: ConditionError::NoField(_), .. } => Some(ErrorCode::Name),
+            Self::Condition { .. } | Self::GoalOutside { .. } => Some(ErrorCode::Value),
+            Self::Http { code, .. } => ErrorCode::from_code(code.as_deref()?),
             _ => None,
         }
     }
@@ -328,7 +328,7 @@ impl From<HttpRefusal> for Failure {
 impl From<RequestError> for Failure {
     fn from(error: RequestError) -> Self {
         match error {
-            RequestError::Trouble(trouble) => trouble.into(),
+            RequestError::AccessFailure(failure) => failure.into(),
             RequestError::HttpRefusal(denied) => denied.into(),
         }
     }

@@ -7,13 +7,13 @@ use super::{Failure, usage};
 use crate::output;
 
 impl Failure {
-    /// Prints the failure to stderr: message, place and advice.
+    /// Prints the failure to stderr: message, place and help.
     pub fn print(&self) {
         match self {
             Self::Words(error) if !output::is_json() => {
                 // A closed stderr leaves no place to report to.
                 let _ = error.print();
-                if let Some(help) = usage::instead(error) {
+                if let Some(help) = usage::suggested_verb(error) {
                     eprintln!("  help: {help}");
                 }
             }
@@ -32,6 +32,6 @@ impl Failure {
             _ => None,
         };
         let (message, help) = (self.to_string(), self.help());
-        PrintedError { message, help, mistake: self.mistake(), exit: self.code(), report }
+        PrintedError { message, help, error_code: self.error_code(), exit: self.code(), report }
     }
 }

@@ -10,7 +10,7 @@ pub fn message(error: &clap::Error) -> String {
 /// Returns the hint of a usage error.
 /// It names the command that was meant, else usage and similar names.
 pub fn help(error: &clap::Error) -> String {
-    instead(error).map_or_else(|| parts(error).1, str::to_owned)
+    suggested_verb(error).map_or_else(|| parts(error).1, str::to_owned)
 }
 
 fn parts(error: &clap::Error) -> (String, String) {
@@ -21,7 +21,7 @@ fn parts(error: &clap::Error) -> (String, String) {
 }
 
 /// Returns the command for a name that other systems use.
-pub fn instead(error: &clap::Error) -> Option<&'static str> {
+pub fn suggested_verb(error: &clap::Error) -> Option<&'static str> {
     let Some(ContextValue::String(verb)) = error.get(ContextKind::InvalidSubcommand) else { return None };
     FOREIGN_COMMANDS.iter().find(|(names, _)| names.contains(&verb.as_str())).map(|(_, help)| *help)
 }

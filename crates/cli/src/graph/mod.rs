@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
 use slate::blackboard::Pattern;
 use slate::control::graph::{GraphLink, ModuleGraph};
-use slate::runtime::composition::Wired;
+use slate::runtime::composition::LinkedConfiguration;
 use slate::runtime::configuration::{Actuator, ExternalLink, Link};
 use slate::runtime::replacement::Replacement;
 
@@ -109,7 +109,7 @@ pub fn write(path: &Path, text: &str) -> io::Result<()> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return std::fs::write(path, text);
     }
-    // What a link leads to is written, and not the link.
+    // The target of a symbolic link is written, and not the link.
     let mut new = Replacement::create(&path.canonicalize().unwrap_or_else(|_| path.into()))?;
     new.write_all(text.as_bytes())?;
     new.keep()
@@ -119,9 +119,9 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, F
     let (agent, sets) = (options.agent.agent.as_deref(), options.set.clone());
     let application = examples::find(name, agent, Vec::new(), sets, None)?;
     let catalogue = offline::catalogue(&application)?;
-    let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue)?;
-    let configuration = wired.configuration();
+    let linked = LinkedConfiguration::new(&application.configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue)?;
+    let configuration = linked.configuration();
     let stages: BTreeMap<String, String> = survey
         .stages(configuration)
         .into_iter()

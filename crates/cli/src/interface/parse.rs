@@ -122,7 +122,7 @@ impl InterfaceParser {
     fn name(&mut self, expected: &str) -> Result<String, SyntaxError> {
         let line = self.line();
         let word = self.word(expected)?;
-        // What is raw may be a keyword.
+        // A raw identifier may be a keyword.
         if let Some(name) = word.strip_prefix("r#") {
             return Ok(name.to_owned());
         }
@@ -477,7 +477,7 @@ mod tests {
             assert!(wrong.line == line && wrong.message.contains(words), "{source}: {wrong:?}");
         }
         assert!(interfaces("pub struct A { a: String }\n// #[interface]\n").unwrap().is_empty());
-        // Brackets in texts, characters and comments are none.
+        // Brackets in texts, characters and comments do not count.
         let source = "fn a<'a>(x: &'a str) { ('{', '\\'', '\\u{7b}', b'(', \"{\", r#\"\"{\"#, br\"[\") /* { /* ( */ */ // [\n}";
         assert!(interfaces(source).unwrap().is_empty());
     }

@@ -56,7 +56,7 @@ pub fn tokens(source: &str) -> Result<Vec<(usize, SourceToken)>, SyntaxError> {
             tokens.push((line, SourceToken::Word(rest[..end].to_owned())));
             end
         } else if first == '\'' {
-            // What is no character is a lifetime, which is of no interest.
+            // Otherwise it is a lifetime, which is skipped.
             character(rest).unwrap_or(1)
         } else {
             if !first.is_whitespace() {
@@ -110,7 +110,7 @@ fn character(text: &str) -> Option<usize> {
     let mut chars = inside.char_indices();
     let (_, first) = chars.next()?;
     if first == '\\' {
-        // What is escaped may be a quote.
+        // An escaped character may be a quote.
         let (escaped, c) = chars.next()?;
         let behind = escaped + c.len_utf8();
         let end = inside.get(behind..)?.find('\'')?;

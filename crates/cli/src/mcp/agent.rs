@@ -15,7 +15,7 @@ use crate::codes::explained;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 
-/// Name under which the agent is asked, for its log.
+/// Name of the caller in the agent's log.
 const CLIENT_NAME: &str = "mcp";
 
 /// Period at which a command is repeated; it holds for 150 ms.
@@ -102,7 +102,7 @@ impl AgentAccess {
             DRIVE => self.drive(arguments, || is_cancelled() || self.is_over.load(Ordering::Acquire)),
             EXPLAIN_TOOL => {
                 let code = arguments.get("code").and_then(Value::as_str).unwrap_or_default();
-                explained(code).ok_or_else(|| format!("no kind of mistake has the code `{code}`"))
+                explained(code).ok_or_else(|| format!("no error has the code `{code}`"))
             }
             _ => match operation(tool) {
                 Some(operation) => self.carry_out(operation, arguments),
@@ -128,7 +128,7 @@ impl AgentAccess {
             None => self.connect()?,
         };
         let done: Result<Value, ClientError> = client.call(operation.method, &path, body.as_ref());
-        // Whoever was lost is looked for again, as the agent may have been started again.
+        // A lost agent is searched again, as it may have been restarted.
         let mut idle = self.idle();
         let is_kept = idle.len() < MAX_IDLE_CONNECTIONS && !self.is_over.load(Ordering::Acquire);
         if is_kept && matches!(done, Ok(_) | Err(ClientError::Refused(_))) {
@@ -151,7 +151,7 @@ impl AgentAccess {
             },
             Err(trouble) => trouble,
         };
-        // An agent that answers nobody has a line for it.
+        // An agent that does not answer has a line for it.
         match self.local.as_ref().map(|agent| Client::stop_at_once(agent, &reason)) {
             Some(Ok(())) => Ok(stopped),
             _ => Err(trouble),
@@ -184,7 +184,7 @@ impl AgentAccess {
         Ok(json!({ "actuator": actuator, "seconds": seconds, "gate": gate }))
     }
 
-    /// Returns a problem with all its advice.
+    /// Returns a problem with its help.
     fn error_text(&self, error: ClientError) -> String {
         let ClientError::Refused(refusal) = error else { return error.to_string() };
         let mut text = refusal.message;
@@ -197,11 +197,11 @@ impl AgentAccess {
         add("code", refusal.code.as_deref().unwrap_or_default());
         add("report", refusal.report.as_deref().unwrap_or_default());
         if self.role < Role::Developer {
-            let says = match self.route {
-                AgentRoute::Option(_) => "`slate mcp --role` says",
-                AgentRoute::Token(_) => "its token and `slate mcp --role` say",
+            let source = match self.route {
+                AgentRoute::Option(_) => "`slate mcp --role`",
+                AgentRoute::Token(_) => "its token and `slate mcp --role`",
             };
-            add("role", &format!("{} asks, as {says}", self.role.with_article()));
+            add("role", &format!("the caller is {}, by {source}", self.role.with_article()));
         }
         text
     }

@@ -29,7 +29,7 @@ pub fn serve(access: AgentAccess) -> Result<bool, Failure> {
         service.waiting().await.map_err(|error| failed(error.to_string()))
     });
     access.end();
-    // A drive that is under way ends within a step; what else is asked ends with the process.
+    // A drive that is under way ends within a step; other requests end with the process.
     runtime.shutdown_timeout(std::time::Duration::from_secs(1));
     done.map(|_| true)
 }
@@ -39,16 +39,16 @@ pub(super) struct ModelServer(pub Arc<AgentAccess>);
 
 impl ServerHandler for ModelServer {
     fn get_info(&self) -> ServerConfig {
-        let told = format!(
-            "The robot agent `{}`, for {}. All that it knows is at URLs: `properties` lists them, `read` reads one. Numbers \
-             are in SI units, times in nanoseconds. `stop` stops all actuators at once, whatever else goes on; it is no \
-             emergency stop.",
+        let instructions = format!(
+            "The robot agent `{}`, for {}. Its properties are at URLs: `properties` lists them, `read` reads one. Numbers \
+             are in SI units, times in nanoseconds. `stop` stops all actuators at once, whatever else runs; it \
+             is no emergency stop.",
             self.0.name(),
             self.0.role().with_article()
         );
         let mut server = ServerConfig::new(ServerCapabilities::builder().enable_tools().build());
         server.server_info = Implementation::new("slate", env!("CARGO_PKG_VERSION"));
-        server.with_instructions(told)
+        server.with_instructions(instructions)
     }
 
     async fn list_tools(

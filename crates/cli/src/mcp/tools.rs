@@ -6,7 +6,7 @@ use slate::control::client::percent_encoded;
 use slate::control::operations::{DRIVE, OPERATIONS, STOP};
 use slate::control::{Operation, Parameter, Role};
 
-/// Tool that explains the codes of mistakes.
+/// Tool that explains the codes of errors.
 pub const EXPLAIN_TOOL: &str = "explain";
 
 /// Maximum duration of a command, s.
@@ -45,7 +45,7 @@ const FORMAT_PARAMETER: &str = "format";
 pub struct ToolEntry {
     pub name: &'static str,
     pub doc: &'static str,
-    pub looks: bool,
+    pub reads_only: bool,
     pub schema: Map<String, Value>,
 }
 
@@ -68,16 +68,16 @@ pub fn of(role: Role) -> Vec<ToolEntry> {
 }
 
 fn described(operation: &Operation) -> ToolEntry {
-    let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
-    ToolEntry { name: operation.name, doc: operation.summary, looks, schema: schema(operation) }
+    let reads_only = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
+    ToolEntry { name: operation.name, doc: operation.summary, reads_only, schema: schema(operation) }
 }
 
 fn explain() -> ToolEntry {
     let code = json!({ "type": "string", "description": "Such as S006." });
     ToolEntry {
         name: EXPLAIN_TOOL,
-        doc: "What the code of a mistake means, and what to do",
-        looks: true,
+        doc: "Meaning of an error's code, and its remedy",
+        reads_only: true,
         schema: object([("code".to_owned(), code)].into_iter().collect(), vec!["code".into()]),
     }
 }
@@ -109,7 +109,7 @@ fn drive() -> ToolEntry {
     ToolEntry {
         name: DRIVE,
         doc: "Takes the controls of an actuator, commands it for a while, and gives them back",
-        looks: false,
+        reads_only: false,
         schema: object(fields, vec!["actuator".into(), "command".into()]),
     }
 }

@@ -1,4 +1,4 @@
-//! Missions: Petri nets, behaviour trees, Golog programs and skills in Lua.
+//! Missions: Petri nets, behavior trees, Golog programs and skills in Lua.
 //! They are checked, drawn and generated.
 
 #[cfg(feature = "missions")]
@@ -34,10 +34,10 @@ use crate::failure::Failure;
 
 #[derive(Debug, Subcommand)]
 pub enum MissionVerb {
-    /// Check a Petri Net Plan, a behaviour tree, a Golog program or skills
+    /// Check a Petri Net Plan, a behavior tree, a Golog program or skills
     /// for defects (exit code 7 for an error)
     Check {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP,
+        /// Plan in PNML, behavior tree in the XML of BehaviorTree.CPP,
         /// theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Action of the robot; repeatable [default: every action is known]
@@ -50,9 +50,9 @@ pub enum MissionVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a Petri Net Plan, a behaviour tree, a Golog program or skills as SVG
+    /// Draw a Petri Net Plan, a behavior tree, a Golog program or skills as SVG
     Show {
-        /// Plan in PNML, behaviour tree in the XML of BehaviorTree.CPP,
+        /// Plan in PNML, behavior tree in the XML of BehaviorTree.CPP,
         /// theory `.golog`, or skills in Lua
         file: PathBuf,
         /// Output file [default: stdout]

@@ -60,13 +60,13 @@ fn draw_skills(_: &Path) -> Result<String, Failure> {
     Err(Failure::NotBuilt { what: "what draws skills in Lua".into(), feature: "lua" })
 }
 
-/// Returns whether a file is a behaviour tree, by its content.
+/// Returns whether a file is a behavior tree, by its content.
 /// An unreadable file is no tree; reading it as a net then reports the reason.
 fn is_tree(file: &Path) -> bool {
     std::fs::read_to_string(file).is_ok_and(|text| is_tree_text(&text))
 }
 
-/// Returns whether the first element is that of a behaviour tree.
+/// Returns whether the first element is that of a behavior tree.
 fn is_tree_text(text: &str) -> bool {
     let starts = text.match_indices('<').map(|(start, _)| &text[start + 1..]);
     let first = starts.into_iter().find(|rest| rest.starts_with(|c: char| c.is_alphabetic()));

@@ -1,4 +1,4 @@
-//! Common parts of mission drawings: colours, paper and arrow heads.
+//! Common parts of mission drawings: colors, paper and arrow heads.
 
 use crate::graph::svg::escaped;
 

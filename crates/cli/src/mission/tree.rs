@@ -1,4 +1,4 @@
-//! Defects of a behaviour tree.
+//! Defects of a behavior tree.
 
 use std::path::Path;
 

@@ -38,7 +38,7 @@ impl DrawnRow {
     }
 }
 
-/// Returns the rows of a behaviour tree.
+/// Returns the rows of a behavior tree.
 pub fn rows(tree: &BehaviorTree) -> Vec<DrawnRow> {
     let nodes = tree.nodes();
     let mut rows: Vec<DrawnRow> = nodes

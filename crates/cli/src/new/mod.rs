@@ -143,7 +143,7 @@ impl Template {
             ),
             Self::Module => (
                 "is a module `KIND` beside the blocks of a robot",
-                "To see what it says while the robot drives:
+                "To see its output while the robot drives:
 
   slate run NAME.toml --rate 1 & slate watch /KIND/nearest",
             ),
@@ -279,7 +279,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
     if let Some(reason) = name_error(name) {
         return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
-    // Of two kinds of modules of one name, nobody could say which is meant.
+    // Two kinds of modules of one name are ambiguous.
     let kind = name.replace('-', "_");
     if template.native().is_some() && CMAKE_TARGETS.contains(&kind.as_str()) {
         let reason = "it is reserved by CMake";
@@ -298,7 +298,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         let path = path.to_owned();
         |source| Failure::File { path, source }
     };
-    // Whatever is there already is somebody's work.
+    // An existing file may be the user's work.
     std::fs::create_dir(folder).map_err(|source| match source.kind() {
         ErrorKind::AlreadyExists => Failure::Taken { path: folder.into() },
         _ => failed(folder)(source),

@@ -34,7 +34,7 @@ impl Attached {
                     attached.absent.push(name.to_owned());
                     continue;
                 }
-                // Whoever reads it says that it is nowhere.
+                // Its reader reports that it is missing.
                 (None, Err(_)) => continue,
                 (Some(recorded), Ok(found)) if *recorded == found => continue,
                 (Some(recorded), found) => (attached.write(recorded)?, found),
@@ -68,7 +68,7 @@ impl Attached {
 impl Drop for Attached {
     fn drop(&mut self) {
         if let Some(folder) = &self.folder {
-            // What can't be removed is small, and in a folder that is emptied.
+            // A remaining file is small, and in a temporary folder.
             let _ = std::fs::remove_dir_all(folder);
         }
     }

@@ -74,9 +74,9 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
 /// Returns a flag that the first Ctrl-C sets; the second one ends the process.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
+    let is_stopping = Arc::clone(&stop);
     let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
+        if is_stopping.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
@@ -198,7 +198,7 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     }
     if !outcome.unseen.is_empty() {
         output::line(format_args!(
-            "nothing of {} was recorded to compare: messages are compared when all who send to the same mailbox run",
+            "nothing of {} was recorded to compare: messages are compared when all senders to the same mailbox run",
             outcome.unseen.join(", ")
         ));
     }

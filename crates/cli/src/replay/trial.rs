@@ -289,7 +289,7 @@ fn candidate(options: &TryOptions, plugins: &[Plugin]) -> Result<Candidate, Fail
         recorded.iter().filter(|(_, kind)| *kind == wanted).map(|(name, _)| name).collect();
     match of_kind[..] {
         [] => {}
-        // With links of its own it is none of the recorded ones.
+        // With links of its own it differs from the recorded ones.
         _ if !options.link.is_empty() => {}
         [name] => return Ok(Candidate { name: name.clone(), kind: wanted.into(), is_recorded: true }),
         _ => {

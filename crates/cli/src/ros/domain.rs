@@ -36,7 +36,7 @@ fn joined(options: &RosDomain) -> Result<RosExplorer, Failure> {
     };
     let wire = wire(options)?;
     let mut explorer = RosExplorer::join(domain, &wire, options.trusted).map_err(|error| failed(&error))?;
-    explorer.look(options.wait);
+    explorer.discover(options.wait);
     Ok(explorer)
 }
 

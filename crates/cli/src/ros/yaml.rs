@@ -33,7 +33,7 @@ fn fields(message: &Json, indent: &str, lines: &mut Vec<String>) {
                 let shown: Vec<_> = items[..MAX_NUMBERS].iter().map(Json::to_string).collect();
                 lines.push(format!("{indent}{name}: [{}, ...] # {} items", shown.join(", "), items.len()));
             }
-            // What JSON has no number for.
+            // Numbers that JSON does not have.
             Json::Null => lines.push(format!("{indent}{name}: .nan")),
             value => lines.push(format!("{indent}{name}: {value}")),
         }

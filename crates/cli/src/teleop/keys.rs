@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_arrows_and_the_end_are_told_apart() {
+    fn letters_arrows_and_end_are_distinguished() {
         assert_eq!(parse(b"w"), [Key::Drive(1.0, 0.0)]);
         assert_eq!(
             parse(b"\x1b[A\x1bOD\x1b[1;5C"),
@@ -91,7 +91,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_a_terminal_sends_is_read_to_its_end(bytes in proptest::collection::vec(any::<u8>(), 0..64)) {
+        fn any_terminal_input_is_read_to_its_end(bytes in proptest::collection::vec(any::<u8>(), 0..64)) {
             prop_assert!(parse(&bytes).len() <= bytes.len());
         }
     }

@@ -167,7 +167,7 @@ fn read_keys(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
     // Larger than what the reader keeps for itself, so that what is polled is all that there is.
     let mut bytes = vec![0; 64 << 10];
     match stdin.read(&mut bytes) {
-        // There is no terminal any more.
+        // The terminal is closed.
         Ok(0) => Ok(vec![Key::Quit]),
         Ok(count) => Ok(keys::parse(&bytes[..count])),
         Err(error) if error.kind() == std::io::ErrorKind::Interrupted => Ok(Vec::new()),

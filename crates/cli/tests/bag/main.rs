@@ -44,7 +44,7 @@ fn fails(folder: &Path, code: i32, arguments: &[&str], words: &[&str]) -> String
 }
 
 #[test]
-fn what_is_in_a_recording_is_shown() {
+fn content_of_recording_is_shown() {
     let folder = recorded("bag-info");
     let said = done(&folder, &["info", "run.mcap"]);
     for words in [
@@ -69,7 +69,7 @@ fn what_is_in_a_recording_is_shown() {
 }
 
 #[test]
-fn a_damaged_recording_is_told_from_a_whole_one_and_repaired() {
+fn damaged_recording_is_detected_and_repaired() {
     let folder = recorded("bag-repair");
     assert_eq!(done(&folder, &["verify", "run.mcap"]), "run.mcap is whole: 100 messages in 5 chunks\n");
     let mut bytes = recording(12.25, Compression::Lz4);
@@ -281,7 +281,7 @@ fn recordings_merge_within_a_run_and_never_silently_across_runs() {
     assert_eq!(values, ["100", "100"]);
     done(&folder, &two_and(&["--interleave", "--force"]));
     assert_eq!(done(&folder, &["verify", "two.mcap"]), "two.mcap is whole: 200 messages in 1 chunk\n");
-    // One after the other can be told apart.
+    // Sequential recordings are distinguishable.
     done(&folder, &["filter", "run.mcap", "--to", "1", "--out", "early.mcap"]);
     done(&folder, &["filter", "other.mcap", "--from", "2", "--out", "late.mcap"]);
     done(&folder, &["merge", "late.mcap", "early.mcap", "--out", "both.mcap"]);
@@ -317,13 +317,13 @@ fn each_verb_names_a_missing_value_goes_on_and_ends_with_1() {
     assert!(text(&plot.stderr).contains(range) && !text(&plot.stderr).contains(bare));
     let page = std::fs::read_to_string(folder.join("run-report/report.html")).unwrap();
     assert!(page.contains("its channel has no schema"), "{page}");
-    // Nobody asked for what can't be read.
+    // The unreadable part was not requested.
     done(&folder, &["cat", "run.mcap", "--to", "0.5"]);
     done(&folder, &["filter", "run.mcap", "--out", "copy.mcap"]);
 }
 
 #[test]
-fn what_has_nothing_in_it_is_no_success() {
+fn empty_recording_is_no_success() {
     let folder = folder("bag-empty");
     write(&folder, "empty.mcap", b"");
     write(&folder, "wrong.log", b"FLASER three beams\nODOM 1 2\n");
@@ -456,7 +456,7 @@ fn output_replaces_files_only_on_request_and_never_its_input() {
 }
 
 #[test]
-fn what_is_wrong_names_file_place_and_mend() {
+fn errors_name_file_place_and_remedy() {
     let folder = recorded("bag-refusals");
     fails(&folder, 2, &["info", "nowhere.mcap"], &["nowhere.mcap` can't be read"]);
     fails(&folder, 2, &["cat", "run.mcap", "/r2/rnge"], &["run.mcap", "no topic `/r2/rnge`", "/r2/range"]);
@@ -498,7 +498,7 @@ fn what_is_wrong_names_file_place_and_mend() {
 }
 
 #[test]
-fn what_is_there_for_the_layout_alone_is_shown_by_no_verb() {
+fn padding_fields_are_shown_by_no_verb() {
     let folder = folder("bag-shown");
     common::exp1(&folder, &["--seed", "1", "--set", "record.enabled=true", "--out", "here"]);
     let scans = done(&folder, &["cat", "here/run.mcap", "/simulator/r2/sonar", "--to", "1"]);
@@ -537,7 +537,7 @@ fn the_commands_of_the_book_do_what_it_says() {
 }
 
 #[test]
-fn message_that_is_too_long_is_told_and_not_read() {
+fn too_long_message_is_reported_and_not_read() {
     let folder = folder("bag-long");
     write(&folder, "long.mcap", &recording::with_a_long_message(33 << 20));
     let said = fails(&folder, 1, &["cat", "long.mcap"], &["33554432 are the most"]);

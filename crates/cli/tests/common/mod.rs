@@ -78,11 +78,11 @@ pub struct Running {
     /// Where sockets are; the path of a socket can't be long.
     sockets: PathBuf,
     runs: Vec<Child>,
-    /// The program, and the user who calls it, where that is another one than whose this process is.
+    /// The program, and the calling user, if it differs from the user of this process.
     ordinary: Option<(PathBuf, u32)>,
 }
 
-/// A user who is nobody else.
+/// Unused user.
 const ORDINARY_USER: u32 = 54_321;
 
 impl Running {
@@ -95,7 +95,7 @@ impl Running {
         Self { folder: folder(name), sockets, runs: Vec::new(), ordinary: None }
     }
 
-    /// Calls the command as an ordinary user from now on, for whom the limits of the system hold.
+    /// Calls the command as an ordinary user from now on, to which the limits of the system apply.
     pub fn become_ordinary_user(&mut self) {
         let found = Command::new("id").arg("-u").output().unwrap();
         if text(&found.stdout).trim() != "0" {
@@ -287,7 +287,7 @@ pub fn plugin_target() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target")
 }
 
-/// Nobody debugs a plugin that a test has written, nor builds it often.
+/// A test's plugin needs no debug info, and is built once.
 pub fn quick_build(command: &mut Command) -> &mut Command {
     command.env("CARGO_PROFILE_DEV_DEBUG", "none").env("CARGO_INCREMENTAL", "0")
 }

@@ -18,7 +18,7 @@ pub struct FieldPlace {
 pub struct NoField {
     /// Description of the error.
     pub message: String,
-    /// Advice for the user.
+    /// Help for the user.
     pub help: String,
 }
 
@@ -82,7 +82,7 @@ impl FieldPlace {
             }
             other => {
                 let message = format!("{} has no field `{name}`", other.describe());
-                return Err(NoField { message, help: "leave out what comes after it".into() });
+                return Err(NoField { message, help: "leave out the rest".into() });
             }
         };
         (self.kind, self.offset) = (kind, self.offset + offset);

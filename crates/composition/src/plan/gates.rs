@@ -1,13 +1,13 @@
 //! Gates of the actuators: the commands that they take, and their limits.
 
 use slate_blackboard::interface::Descriptor;
-use slate_configuration::{Actuator, Message, Mistake, Span, Spanned, Value};
+use slate_configuration::{Actuator, ErrorCode, Message, Span, Spanned, Value};
 use slate_module::Direction;
 use slate_module::aspect::{Actuators, Service};
 use slate_safety::GateConfiguration;
 
 use super::{BuildPlan, PlanRefusal};
-use crate::Wire;
+use crate::LinkEnd;
 use crate::diagnostic_collector::DiagnosticCollector;
 use crate::parameters::value_bytes;
 use crate::survey::{LinkSource, described_limits};
@@ -138,16 +138,16 @@ impl GatePlanner<'_, '_, '_, '_> {
         wanted: &Actuator,
         descriptor: &Descriptor,
     ) -> Result<(), PlanRefusal> {
-        for joint in self.plan.readers(LinkSource::Command(index)).filter(|joint| joint.is_plain()) {
-            let (module, Wire::Port(port)) = joint.port else { continue };
+        for resolved in self.plan.readers(LinkSource::Command(index)).filter(|resolved| resolved.is_plain()) {
+            let (module, LinkEnd::Port(port)) = resolved.port else { continue };
             let own = self.plan.port(module, port).descriptor;
             if own.hash != descriptor.hash {
-                let message = Mistake::Ends.of(format!(
+                let message = ErrorCode::Ends.of(format!(
                     "`{}` is {} but `/{}/command` is {}",
-                    joint.link.to.value, own.name, wanted.name.value, descriptor.name
+                    resolved.link.to.value, own.name, wanted.name.value, descriptor.name
                 ));
                 let help = "both ends of a link carry the same interface";
-                return self.refuse(joint.link.from.span, message, help);
+                return self.refuse(resolved.link.from.span, message, help);
             }
         }
         Ok(())
@@ -184,10 +184,11 @@ impl GatePlanner<'_, '_, '_, '_> {
 
     /// Returns the interface that a reader of the actuator's command expects.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.plan.readers(LinkSource::Command(actuator)).find(|joint| joint.is_plain())?;
-        match joint.port {
-            (module, Wire::Port(port)) => Some(self.plan.port(module, port).descriptor),
-            (_, Wire::Enabled | Wire::Params) => None,
+        let resolved =
+            self.plan.readers(LinkSource::Command(actuator)).find(|resolved| resolved.is_plain())?;
+        match resolved.port {
+            (module, LinkEnd::Port(port)) => Some(self.plan.port(module, port).descriptor),
+            (_, LinkEnd::Enabled | LinkEnd::Params) => None,
         }
     }
 

@@ -9,7 +9,7 @@ use slate_configuration::Configuration;
 use slate_module::{Direction, PortDescription, Trigger};
 
 use crate::survey::{LinkSource, ResolvedLink, Survey, Surveyed};
-use crate::{Wire, survey};
+use crate::{LinkEnd, survey};
 pub use gates::{PlannedGate, planned_gate};
 pub use planned_port::PlannedPort;
 pub use properties::{
@@ -68,18 +68,18 @@ impl<'a, 's> BuildPlan<'a, 's> {
     }
 
     /// Returns the link of a port that reads a property directly.
-    pub fn joint(self, module: usize, wire: Wire) -> Option<&'s ResolvedLink<'a>> {
-        self.joints(module, wire).find(|joint| joint.is_plain())
+    pub fn link(self, module: usize, link_end: LinkEnd) -> Option<&'s ResolvedLink<'a>> {
+        self.links(module, link_end).find(|resolved| resolved.is_plain())
     }
 
     /// Returns true if a port has a property of its own that links fill.
-    pub fn is_converted(self, module: usize, wire: Wire) -> bool {
-        self.joints(module, wire).any(|joint| !joint.is_plain())
+    pub fn is_converted(self, module: usize, link_end: LinkEnd) -> bool {
+        self.links(module, link_end).any(|resolved| !resolved.is_plain())
     }
 
     /// Returns the links of a port.
-    pub fn joints(self, module: usize, wire: Wire) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
-        self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
+    pub fn links(self, module: usize, link_end: LinkEnd) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
+        self.survey.links.iter().filter(move |resolved| resolved.port == (module, link_end))
     }
 
     /// Returns the path of a link's source.
@@ -89,17 +89,17 @@ impl<'a, 's> BuildPlan<'a, 's> {
 
     /// Returns the ports that are linked to a property.
     pub fn readers(self, target: LinkSource) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
-        self.survey.joints.iter().filter(move |joint| joint.target == target)
+        self.survey.links.iter().filter(move |resolved| resolved.target == target)
     }
 
     /// Returns the depth and the number of readers of a property.
     pub fn demand(self, target: LinkSource, path: &str) -> (usize, Budget) {
         let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
         let mut depth = 1;
-        for joint in self.readers(target) {
-            match joint.port {
-                (module, Wire::Port(port)) if self.port(module, port).direction == Direction::Queue => {
-                    let said = joint.link.window.as_ref().map(|window| window.value.into());
+        for resolved in self.readers(target) {
+            match resolved.port {
+                (module, LinkEnd::Port(port)) if self.port(module, port).direction == Direction::Queue => {
+                    let said = resolved.link.window.as_ref().map(|window| window.value.into());
                     let window = said.unwrap_or(self.port(module, port).window);
                     depth = depth.max(window * 2);
                     budget.queues += 1;
@@ -159,7 +159,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
     /// Returns the parameters that tools must not set, as links set them.
     /// Each comes with the source of its link.
     pub fn reserved(self, module: usize) -> Vec<(String, String)> {
-        let joints = self.joints(module, Wire::Params);
-        joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
+        let links = self.links(module, LinkEnd::Params);
+        links.map(|resolved| (resolved.field.clone(), resolved.link.from.value.to_string())).collect()
     }
 }

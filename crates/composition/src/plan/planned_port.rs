@@ -3,7 +3,7 @@
 use slate_module::Direction;
 
 use super::BuildPlan;
-use crate::Wire;
+use crate::LinkEnd;
 use crate::survey::LinkSource;
 
 /// Entry of a port on the board.
@@ -28,17 +28,17 @@ pub enum PlannedPort {
 impl PlannedPort {
     /// Returns the entry of a module's port.
     pub fn of(plan: BuildPlan<'_, '_>, module: usize, port: usize) -> Self {
-        let joint = plan.joint(module, Wire::Port(port)).map(|joint| joint.target);
+        let linked = plan.link(module, LinkEnd::Port(port)).map(|resolved| resolved.target);
         match plan.port(module, port).direction {
             Direction::Output | Direction::Debug | Direction::Command => Self::Output,
             Direction::Inbox => Self::Messages,
-            Direction::Input | Direction::Queue => match joint {
+            Direction::Input | Direction::Queue => match linked {
                 Some(source) => Self::Alias(source),
-                None if plan.is_converted(module, Wire::Port(port)) => Self::Converted,
+                None if plan.is_converted(module, LinkEnd::Port(port)) => Self::Converted,
                 None => Self::Setting,
             },
             Direction::Aspect | Direction::Provider => Self::Nothing,
-            Direction::Outbox => match joint {
+            Direction::Outbox => match linked {
                 Some(inbox) => Self::Sent(inbox),
                 None if plan.configuration.is_outgoing(&plan.port_path(module, port)) => Self::Messages,
                 None => Self::Nothing,

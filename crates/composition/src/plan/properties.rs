@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::channel::{Budget, LinkError};
 use slate_blackboard::interface::{Descriptor, Interface};
 use slate_blackboard::{Access, AddressEntry, AddressSpace, Shape, Store};
-use slate_configuration::{Message, Mistake};
+use slate_configuration::{ErrorCode, Message};
 use slate_interfaces::GateState;
 use slate_module::{Direction, PortDescription};
 
@@ -17,7 +17,7 @@ use crate::property_index::PropertyFacts;
 use crate::survey::{
     Host, Implied, LOOP_STORE, LinkSource, RESERVED_WHEN_ISOLATED, ResolvedLink, Surveyed, stage_histogram,
 };
-use crate::{Played, Wire};
+use crate::{LinkEnd, Played};
 
 /// Property that an agent would have, without memory for its values.
 #[derive(Clone, Debug)]
@@ -146,14 +146,14 @@ impl PropertyPlanner<'_, '_, '_, '_> {
     fn add_switch(&mut self, m: usize) -> Result<(), PlanRefusal> {
         let path = format!("{}/enabled", self.plan.name(m));
         let source = LinkSource::Implied(m, Implied::Enabled);
-        if let Some(target) = self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
+        if let Some(target) = self.plan.link(m, LinkEnd::Enabled).map(|resolved| resolved.target) {
             if let LinkSource::Absent(absent) = target {
                 let path = &self.plan.survey.absent[absent].path;
                 self.add_written(m, target, path, enabled_descriptor(), 0)?;
             }
             return self.add(m, &path, AddressEntry::Alias(self.plan.target_path(target)));
         }
-        if self.plan.is_converted(m, Wire::Enabled) {
+        if self.plan.is_converted(m, LinkEnd::Enabled) {
             let store = self.converted_store(source, &path, 0);
             return self.add_property(m, &path, enabled_descriptor(), Access::Output, store);
         }
@@ -202,12 +202,12 @@ impl PropertyPlanner<'_, '_, '_, '_> {
     /// Adds the played properties that a module reads.
     fn add_played(&mut self, m: usize) -> Result<(), PlanRefusal> {
         let survey = self.plan.survey;
-        for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
-            let LinkSource::Played(index) = joint.target else { continue };
+        for resolved in survey.links.iter().filter(|resolved| resolved.port.0 == m) {
+            let LinkSource::Played(index) = resolved.target else { continue };
             let Played { path, descriptor, capacity, is_mailbox, .. } = &survey.played[index];
-            match joint.port.1 {
-                Wire::Port(port) if *is_mailbox => self.add_messages(m, path, self.plan.port(m, port))?,
-                _ => self.add_written(m, joint.target, path, descriptor, *capacity)?,
+            match resolved.port.1 {
+                LinkEnd::Port(port) if *is_mailbox => self.add_messages(m, path, self.plan.port(m, port))?,
+                _ => self.add_written(m, resolved.target, path, descriptor, *capacity)?,
             }
         }
         Ok(())
@@ -299,14 +299,14 @@ impl PropertyPlanner<'_, '_, '_, '_> {
     /// And that it keeps enough values for its queues.
     fn check_readers(&mut self) {
         let mut counts = BTreeMap::<&str, (u16, u16)>::new();
-        for joint in &self.plan.survey.joints {
-            let Some((source, field)) = self.space.get(&self.plan.target_path(joint.target)) else {
+        for resolved in &self.plan.survey.links {
+            let Some((source, field)) = self.space.get(&self.plan.target_path(resolved.target)) else {
                 continue;
             };
             if source.access == Access::Messages || !field.is_empty() {
                 continue;
             }
-            let queue = self.queue_of(joint);
+            let queue = self.queue_of(resolved);
             let own = u16::from(source.access == Access::Setting);
             let (latest, queues) = counts.entry(&source.path).or_insert((own, 0));
             let (count, limit) = match queue {
@@ -317,24 +317,24 @@ impl PropertyPlanner<'_, '_, '_, '_> {
             if *count > limit {
                 let error = LinkError::BudgetSpent { limit };
                 let (message, help) = reader_refusal(&source.path, &error);
-                self.collector.add(joint.link.from.span, message, help);
+                self.collector.add(resolved.link.from.span, message, help);
             } else if let Some((reader, port, window)) = queue
                 && !(source.store.depth >= window * 2 && usize::from(source.store.budget.window) >= window)
-                && self.plan.writing(joint.target).is_none()
+                && self.plan.writing(resolved.target).is_none()
             {
                 let port = format!("{}/{}", reader.module.name.value, port.name);
                 let (message, help) = shallow_source(&source.path, source.store.depth, &port, window);
-                self.collector.add(joint.link.from.span, message, help);
+                self.collector.add(resolved.link.from.span, message, help);
             }
         }
     }
 
     /// Returns the queue that a link fills directly, with its window.
-    fn queue_of(&self, joint: &ResolvedLink<'_>) -> Option<(&Surveyed<'_>, &PortDescription, usize)> {
-        let (module, Wire::Port(port)) = joint.port else { return None };
+    fn queue_of(&self, resolved: &ResolvedLink<'_>) -> Option<(&Surveyed<'_>, &PortDescription, usize)> {
+        let (module, LinkEnd::Port(port)) = resolved.port else { return None };
         let port = self.plan.port(module, port);
-        let window = joint.link.window.as_ref().map_or(port.window, |window| window.value.into());
-        let is_queue = port.direction == Direction::Queue && joint.is_plain();
+        let window = resolved.link.window.as_ref().map_or(port.window, |window| window.value.into());
+        let is_queue = port.direction == Direction::Queue && resolved.is_plain();
         is_queue.then(|| (self.plan.surveyed(module), port, window))
     }
 }
@@ -370,7 +370,7 @@ pub fn reader_refusal(path: &str, error: &dyn std::fmt::Display) -> (String, &'s
 /// Returns error and advice for a property that keeps too few values for a queue.
 pub fn shallow_source(path: &str, depth: usize, port: &str, window: usize) -> (Message, &'static str) {
     let needed = window * 2;
-    let message = Mistake::Ends.of(format!(
+    let message = ErrorCode::Ends.of(format!(
         "`/{path}` keeps {depth} values, and `{port}` takes up to {window} at once, which needs {needed}"
     ));
     let help = "link it to an output of a module, or write the link into the file and start the agent again: a property \

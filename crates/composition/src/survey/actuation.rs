@@ -1,13 +1,13 @@
 //! Rules for links that move a robot: commands come from the robot's own gate.
 //! If the robot has blocks, they thus come from its own Execute.
 
-use slate_configuration::{Configuration, Message, Mistake};
+use slate_configuration::{Configuration, ErrorCode, Message};
 use slate_module::{Direction, PortDescription};
 
 use super::block::{ACTUATION, Block, COMMAND, Provenance};
 use super::names::{split_module, split_port};
 use super::origins::ValueOrigin;
-use super::{LinkSource, ResolvedLink, Survey, Wire, commander, scope};
+use super::{LinkEnd, LinkSource, ResolvedLink, Survey, commander, scope};
 
 /// Port that moves a robot.
 struct ActuatedPort<'s> {
@@ -36,7 +36,7 @@ impl<'s> ActuatedPort<'s> {
             return None;
         }
         let robot = robot_of(configuration, survey, module, description);
-        // What is of no robot may be any robot's.
+        // A module of no robot may belong to any robot.
         let may_be_of = |other: &str| robot.is_none_or(|robot| other == robot || other.is_empty());
         let mut modules = survey.modules.iter().map(|surveyed| scope(&surveyed.module.name.value));
         let decides = modules.any(|robot| may_be_of(robot) && commander::decides(survey, robot));
@@ -105,7 +105,7 @@ fn gate_interface(configuration: &Configuration, survey: &Survey<'_>, gate: usiz
     })
 }
 
-/// Returns the error and the advice for a constant value that bypasses a gate.
+/// Returns the error and the help for a constant value that bypasses a gate.
 pub(super) fn value_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -115,19 +115,19 @@ pub(super) fn value_refusal(
         ActuatedPort::of(configuration, survey, (module, port)).filter(|port| port.is_guarded)?;
     let path = survey.path(configuration, LinkSource::Port(module, port));
     let message = format!("`/{path}` can't be set, as it moves {} past its gate", actuated_port.name());
-    Some((Mistake::PastGate.of(message), actuated_port.help()))
+    Some((ErrorCode::PastGate.of(message), actuated_port.help()))
 }
 
-/// Returns the error and the advice for an illegal link that moves a robot.
+/// Returns the error and the help for an illegal link that moves a robot.
 /// `path` reads `name`.
 pub(super) fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    joint: &ResolvedLink<'_>,
+    resolved: &ResolvedLink<'_>,
     (path, name): (&str, &str),
     origins: &[ValueOrigin<'_>],
 ) -> Option<(String, String)> {
-    let (module, Wire::Port(port)) = joint.port else { return None };
+    let (module, LinkEnd::Port(port)) = resolved.port else { return None };
     let actuated_port = ActuatedPort::of(configuration, survey, (module, port))?;
     let is_actuation = survey.modules[module].description.ports[port].role == ACTUATION;
     for origin in origins {
@@ -144,7 +144,7 @@ pub(super) fn refusal(
                 }
                 true
             }
-            // What an Actuator reads is in the table of blocks.
+            // The table of blocks has the inputs of an Actuator.
             _ if !is_actuation => true,
             Provenance::Block(_) | Provenance::Rule => false,
             Provenance::Module => {
@@ -165,7 +165,7 @@ pub(super) fn refusal(
             return Some((message, actuated_port.help()));
         }
     }
-    (actuated_port.is_guarded && !passes_all(survey, joint)).then(|| {
+    (actuated_port.is_guarded && !passes_all(survey, resolved)).then(|| {
         let message = format!("`/{path}` moves {}, and its link could withhold a stop", actuated_port.name());
         (message, "link it without `every` and `when`, and to the gate or the Actuator itself".into())
     })
@@ -185,18 +185,18 @@ fn reads_gate(
         _ => false,
     };
     origin.writer.is_some_and(|writer| {
-        survey.joints.iter().any(|joint| joint.port.0 == writer && is_gate(joint.target))
+        survey.links.iter().any(|resolved| resolved.port.0 == writer && is_gate(resolved.target))
     })
 }
 
 /// Returns whether a link passes every command, including the safe one of a stop.
-fn passes_all(survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> bool {
-    let is_input = match joint.target {
+fn passes_all(survey: &Survey<'_>, resolved: &ResolvedLink<'_>) -> bool {
+    let is_input = match resolved.target {
         LinkSource::Port(module, port) => {
             let port = &survey.modules[module].description.ports[port];
             matches!(port.direction, Direction::Input | Direction::Queue)
         }
         _ => false,
     };
-    joint.filter.is_none() && !is_input
+    resolved.filter.is_none() && !is_input
 }

@@ -13,7 +13,7 @@ use super::{Survey, Surveyed, scope};
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::Configuration;
-use slate_configuration::Mistake;
+use slate_configuration::ErrorCode;
 
 /// Resolves the provider of the service of each port.
 /// `None` stands for the host.
@@ -54,7 +54,7 @@ pub(super) fn survey_services(
             }
             [(first, _), (second, _), ..] => {
                 let name = |m: usize| &modules[m].module.name.value;
-                let message = Mistake::Service.of(format!(
+                let message = ErrorCode::Service.of(format!(
                     "`{}` needs `{}`, which both `{}` and `{}` provide",
                     module.name.value,
                     descriptor.name,
@@ -64,7 +64,7 @@ pub(super) fn survey_services(
                 collector.add(module.name.span, message, "leave one of the two out");
             }
             [] => {
-                let message = Mistake::Service.of(format!(
+                let message = ErrorCode::Service.of(format!(
                     "`{}` needs `{}`, which nothing provides",
                     module.name.value, descriptor.name
                 ));
@@ -92,7 +92,7 @@ pub(super) fn check_single(
     let mut loops = users(MainLoop::DESCRIPTOR.hash).map(|surveyed| &surveyed.module.name);
     if let (Some(first), Some(second)) = (loops.next(), loops.next()) {
         let message =
-            Mistake::Second.of(format!("`{}` and `{}` both want the main loop", first.value, second.value));
+            ErrorCode::Second.of(format!("`{}` and `{}` both want the main loop", first.value, second.value));
         collector.add(second.span, message, "one module of an agent can have it");
     }
     for surveyed in users(TimeSource::DESCRIPTOR.hash) {
@@ -101,7 +101,8 @@ pub(super) fn check_single(
             let help = format!("write [time] source = \"{}\"", name.value);
             collector.add(
                 name.span,
-                Mistake::TimeSource.of(format!("`{}` sets the time, but is not the time source", name.value)),
+                ErrorCode::TimeSource
+                    .of(format!("`{}` sets the time, but is not the time source", name.value)),
                 help,
             );
         }
@@ -124,19 +125,19 @@ pub(super) fn check_blocks(survey: &Survey<'_>, collector: &mut DiagnosticCollec
                 // A driver is what an Actuator acts by.
                 let is_driver = block == Block::Actuator && origin == Provenance::Module;
                 (!block.may_read(origin, is_own) && !is_driver)
-                    .then(|| ("is not of one of these", block.advice(origin)))
+                    .then(|| ("is not of one of these", block.help(origin)))
             }
         };
         if let Some((why, help)) = refused {
             let (name, reads) = (&surveyed.module.name.value, block.reads());
             let message =
                 format!("{reads}: `/{name}` can't have the service `{}`, which {why}", service.name);
-            collector.add(surveyed.module.name.span, Mistake::Attachment.of(message), help);
+            collector.add(surveyed.module.name.span, ErrorCode::Attachment.of(message), help);
         }
     }
 }
 
-/// Returns the reason against a service of the host for a block, and the advice.
+/// Returns the reason against a service of the host for a block, and the help.
 fn rule_bypass(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
     let is = |descriptor: &Descriptor| descriptor.hash == service;
     if is(BlackBoard::DESCRIPTOR) {
@@ -157,7 +158,7 @@ fn rule_bypass(block: Block, service: u64) -> Option<(&'static str, &'static str
     ))
 }
 
-/// Returns advice on providers of a service.
+/// Returns help on providers of a service.
 fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String {
     // A name ends with its version.
     let base = |name: &str| name.rsplit_once(' ').map_or(name, |(base, _)| base).to_owned();
@@ -172,7 +173,7 @@ fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String
     }
     let dormant: Vec<_> = catalogue.dormant.values().map(String::as_str).collect();
     if dormant.is_empty() {
-        format!("add a module that provides it; there are: {}", all.join(", "))
+        format!("add a module that provides it; available: {}", all.join(", "))
     } else {
         format!("load a plugin that provides it; not loaded: {}", dormant.join(", "))
     }

@@ -172,7 +172,7 @@ impl Block {
         use Block::{Actuator, Analyze, Execute, Knowledge, Monitor, Plan, Reactive, Sensor};
         match (self, origin) {
             (_, Provenance::Truth) => false,
-            // What its own robot believes or decides is no measurement; another robot is part of the world.
+            // A belief or decision of its own robot is no measurement; another robot is part of the world.
             (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
             (Sensor, Provenance::Rule) => !is_own,
             (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Rule) => true,
@@ -201,8 +201,8 @@ impl Block {
         }
     }
 
-    /// Returns advice for a value that the block may not read.
-    pub fn advice(self, origin: Provenance) -> &'static str {
+    /// Returns help for a value that the block may not read.
+    pub fn help(self, origin: Provenance) -> &'static str {
         match (self, origin) {
             (Self::Sensor, _) => {
                 "link it to a driver, a simulator, another Sensor or an Actuator; other blocks read the robot's own blocks"

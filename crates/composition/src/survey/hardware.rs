@@ -6,9 +6,9 @@ use slate_module::{Direction, Hardware, HardwareDevice};
 
 use super::block::{Block, MEASUREMENT};
 use super::names::{split_module, split_port};
-use super::{LinkSource, Survey, Wire, scope};
+use super::{LinkEnd, LinkSource, Survey, scope};
 use crate::diagnostic_collector::DiagnosticCollector;
-use slate_configuration::{Configuration, Mistake, Span};
+use slate_configuration::{Configuration, ErrorCode, Span};
 
 /// Tolerance of a calibrated drive, relative to that of its driver.
 const CALIBRATION_TOLERANCE: f64 = 0.05;
@@ -32,10 +32,10 @@ pub(super) fn check_hardware<'a>(
             && !dormant.iter().any(|name| scope(name) == robot);
         let Some(model) = surveyed.description.hardware.first().filter(|_| is_known) else { continue };
         let checked = RobotModelCheck { configuration, survey, knowledge, robot, model };
-        // What follows from another robot's model is not said too.
+        // Consequences of another robot's model are not reported too.
         let found = checked.devices(collector).or_else(|| checked.commands()).or_else(|| checked.sensors());
         if let Some((message, help)) = found {
-            collector.add(checked.place(knowledge, model), Mistake::Hardware.of(message), help);
+            collector.add(checked.place(knowledge, model), ErrorCode::Hardware.of(message), help);
         }
     }
 }
@@ -86,9 +86,9 @@ impl<'s> RobotModelCheck<'s, '_> {
     /// These are the ones that the robot moves, and others that its Sensors read.
     fn own_hardware(&self) -> Vec<(usize, &'s Hardware)> {
         let (mut moved, mut read): (Vec<(usize, &Hardware)>, Vec<_>) = (Vec::new(), Vec::new());
-        for joint in &self.survey.joints {
-            let (reader, Wire::Port(port)) = joint.port else { continue };
-            let commands = match joint.target {
+        for resolved in &self.survey.links {
+            let (reader, LinkEnd::Port(port)) = resolved.port else { continue };
+            let commands = match resolved.target {
                 LinkSource::Port(writer, _) => {
                     self.is_own(writer) && self.block(writer) == Some(Block::Actuator)
                 }
@@ -100,7 +100,7 @@ impl<'s> RobotModelCheck<'s, '_> {
             if let Some(hardware) = self.hardware_of(reader, port).filter(|_| commands) {
                 moved.push((reader, hardware));
             }
-            if let LinkSource::Port(writer, output) = joint.target
+            if let LinkSource::Port(writer, output) = resolved.target
                 && self.is_own(reader)
                 && self.block(reader) == Some(Block::Sensor)
                 && let Some(hardware) = self.hardware_of(writer, output)
@@ -121,7 +121,7 @@ impl<'s> RobotModelCheck<'s, '_> {
     }
 
     /// Compares the robot's devices with its RobotModel.
-    /// Returns the error and the advice if they differ.
+    /// Returns the error and the help if they differ.
     fn devices(&self, collector: &DiagnosticCollector<'_>) -> Option<(String, String)> {
         self.own_hardware().into_iter().find_map(|(module, hardware)| {
             let found = differences(self.model, hardware);
@@ -170,8 +170,9 @@ impl<'s> RobotModelCheck<'s, '_> {
     /// The block is a Monitor, a ReactiveModel or an Execute.
     fn sensors(&self) -> Option<(String, String)> {
         let modules = &self.survey.modules;
-        self.survey.joints.iter().find_map(|joint| {
-            let ((reader, Wire::Port(port)), LinkSource::Port(sensor, output)) = (joint.port, joint.target)
+        self.survey.links.iter().find_map(|resolved| {
+            let ((reader, LinkEnd::Port(port)), LinkSource::Port(sensor, output)) =
+                (resolved.port, resolved.target)
             else {
                 return None;
             };
@@ -205,9 +206,9 @@ impl<'s> RobotModelCheck<'s, '_> {
 
     /// Returns whether a Sensor derives its measurements from other Sensors.
     fn is_derived(&self, sensor: usize) -> bool {
-        self.survey.joints.iter().any(|joint| {
-            matches!(joint.target, LinkSource::Port(source, _)
-                if joint.port.0 == sensor && self.block(source) == Some(Block::Sensor))
+        self.survey.links.iter().any(|resolved| {
+            matches!(resolved.target, LinkSource::Port(source, _)
+                if resolved.port.0 == sensor && self.block(source) == Some(Block::Sensor))
         })
     }
 

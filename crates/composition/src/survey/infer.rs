@@ -16,7 +16,7 @@ use super::names::split_module;
 use super::{Surveyed, duplicates, module, scope};
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
-use slate_configuration::{Configuration, Link, Mistake};
+use slate_configuration::{Configuration, ErrorCode, Link};
 
 /// Selection of modules and ports that keep their links, or the lack of one.
 pub struct LinkKeeping<'s> {
@@ -59,7 +59,7 @@ pub fn infer<'a>(
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
         return Inferred { configuration: fresh, undecided: BTreeSet::new() };
     }
-    // Mistakes in modules are reported when they are surveyed.
+    // Errors in modules are reported when they are surveyed.
     let mut ignored = DiagnosticCollector::new(configuration);
     let known = configuration.modules().iter().filter(|module| !catalogue.is_dormant(&module.kind.value));
     let modules: Vec<_> = known
@@ -146,7 +146,7 @@ fn candidates(
     port: &PortDescription,
 ) -> Vec<String> {
     let reads = matches!(port.direction, Direction::Input | Direction::Queue);
-    // Messages without a role go to whom the configuration says.
+    // The configuration names the receivers of messages without a role.
     if !reads && (port.direction != Direction::Outbox || port.role.is_empty())
         || port.role == TRUTH
         || is_fact(port)
@@ -398,7 +398,7 @@ fn refuse_choices(
             let lines: Vec<_> = first.found.iter().map(|other| first.line(other)).collect();
             let help =
                 format!("write one of these links: {}; or \"/{}\" = false", lines.join(", or "), first.path);
-            collector.add(first.surveyed.module.name.span, Mistake::Ends.of(message), help);
+            collector.add(first.surveyed.module.name.span, ErrorCode::Ends.of(message), help);
             continue;
         }
         let same: Vec<_> = std::iter::once(first).chain(same).collect();
@@ -438,5 +438,5 @@ fn refuse_group(
     // Of what is written last there is too much.
     let last = first.found.iter().filter_map(|path| owner(path)).max();
     let span = last.unwrap_or(first.surveyed.module.name.span);
-    collector.add(span, Mistake::Ends.of(message), help);
+    collector.add(span, ErrorCode::Ends.of(message), help);
 }

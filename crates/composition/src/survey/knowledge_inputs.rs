@@ -1,12 +1,12 @@
 //! Inputs that only Knowledge may fill: rules of reflexes, and the RobotModel.
 
 use slate_blackboard::interface::Descriptor;
-use slate_configuration::{Configuration, Message, Mistake};
+use slate_configuration::{Configuration, ErrorCode, Message};
 use slate_module::Direction;
 
 use super::block::{Block, Provenance, has_robot_model, is_for_reflexes};
 use super::origins::ValueOrigin;
-use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
+use super::{LinkEnd, LinkSource, ResolvedLink, Survey, scope};
 
 /// Returns the output of the robot's Knowledge that matches an input of a block.
 /// Their types determine it.
@@ -42,7 +42,7 @@ fn help(path: &str, output: &str) -> String {
     )
 }
 
-/// Returns the error and the advice for a manual value of an input of Knowledge's.
+/// Returns the error and the help for a manual value of an input of Knowledge's.
 /// Only Knowledge may fill that input.
 pub(super) fn value_refusal(
     configuration: &Configuration,
@@ -52,24 +52,24 @@ pub(super) fn value_refusal(
     let output = known_output(survey, (module, port))?;
     let path = survey.path(configuration, LinkSource::Port(module, port));
     let message = format!("`/{path}` can't be set past Knowledge: `/{output}` has it");
-    Some((Mistake::Attachment.of(message), help(&path, &output)))
+    Some((ErrorCode::Attachment.of(message), help(&path, &output)))
 }
 
-/// Returns the error and the advice if the input `path` must not read `name`.
+/// Returns the error and the help if the input `path` must not read `name`.
 /// The input is one that only Knowledge may fill.
 pub(super) fn refusal(
     survey: &Survey<'_>,
-    joint: &ResolvedLink<'_>,
+    resolved: &ResolvedLink<'_>,
     (path, name): (&str, &str),
     origins: &[ValueOrigin<'_>],
 ) -> Option<(String, String)> {
-    let (module, Wire::Port(port)) = joint.port else { return None };
+    let (module, LinkEnd::Port(port)) = resolved.port else { return None };
     let output = known_output(survey, (module, port))?;
     let descriptor = survey.modules[module].description.ports[port].descriptor;
     let is_wrong = |origin: &ValueOrigin<'_>| match origin.provenance {
         Provenance::Rule | Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
         // A whole measurement, too; a part would be a threshold that is not validated.
-        Provenance::Block(Block::Sensor) => has_robot_model(descriptor) || !joint.field.is_empty(),
+        Provenance::Block(Block::Sensor) => has_robot_model(descriptor) || !resolved.field.is_empty(),
         _ => true,
     };
     let wrong = origins.iter().find(|origin| is_wrong(origin))?;

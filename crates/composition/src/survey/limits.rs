@@ -3,7 +3,7 @@
 //! settings (RoCS, 4.2).
 
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
-use slate_configuration::{Actuator, Configuration, Diagnostic, Limit, Mistake, Spanned};
+use slate_configuration::{Actuator, Configuration, Diagnostic, ErrorCode, Limit, Spanned};
 use slate_module::{Direction, Hardware};
 
 use super::block::Block;
@@ -79,7 +79,7 @@ pub(super) fn wide_limits(configuration: &Configuration, survey: &Survey<'_>) ->
                 limit.field.value, actuator.name.value, limit.low, limit.high, model.robot
             );
             let help = "remove them, and the gate has those of the RobotModel, or make them narrower";
-            let message = Mistake::WideLimits.of(message);
+            let message = ErrorCode::WideLimits.of(message);
             found.push(configuration.diagnostic(limit.field.span, message, Some(help.into())));
         }
     }

@@ -12,14 +12,14 @@ mod sources;
 use slate_blackboard::is_within;
 
 use super::names::join;
-use super::{ResolvedLink, Survey, Wire};
+use super::{LinkEnd, ResolvedLink, Survey};
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
 pub use external::bridge_refusal;
 pub use messages::ungated_command;
-pub use remote::{carrier_misfit, path as remote_path};
+pub use remote::{carrier_mismatch, path as remote_path};
 use sinks::LinkSink;
-use slate_configuration::Mistake;
+use slate_configuration::ErrorCode;
 use slate_configuration::{Configuration, Link};
 use sources::LinkSources;
 
@@ -41,13 +41,15 @@ pub(super) fn survey_links<'a>(
     survey.carriers.clone_from(&catalogue.carriers);
     survey.has_jpeg = catalogue.has_jpeg;
     let mut sources = LinkSources::new(configuration, dormant, survey, &own, collector);
-    let mut joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
+    let mut links: Vec<_> = (0..own.len()).filter_map(|link| sources.resolve_link(link)).collect();
     external::check_leaving(configuration, &mut sources);
-    let LinkSources { absent, misfits, .. } = sources;
-    joints.sort_by_cached_key(|joint| join(&survey.wire_path(joint.port.0, joint.port.1), &joint.field));
+    let LinkSources { absent, mismatches, .. } = sources;
+    links.sort_by_cached_key(|resolved| {
+        join(&survey.end_path(resolved.port.0, resolved.port.1), &resolved.field)
+    });
     survey.absent = absent;
-    survey.misfits = misfits;
-    survey.joints = joints;
+    survey.mismatches = mismatches;
+    survey.links = links;
 }
 
 /// Reports links that fill the same part of a port, or share an outbox.
@@ -61,7 +63,7 @@ fn check_overlaps<'a>(
         let Some(sink) = sink else { continue };
         let earlier = sinks[..i].iter().zip(configuration.links());
         let other = earlier.filter_map(|(other, link)| Some((other.as_ref()?, link))).find(|(other, _)| {
-            (other.module, other.wire) == (sink.module, sink.wire)
+            (other.module, other.link_end) == (sink.module, sink.link_end)
                 && (is_within(&other.field, &sink.field) || is_within(&sink.field, &other.field))
         });
         let Some((_, other)) = other else { continue };
@@ -69,28 +71,28 @@ fn check_overlaps<'a>(
         let Link { to, from, .. } = &configuration.links()[i];
         if sink.sends {
             let message = format!("`{}` sends to `{}` already", from.value, other.to.value);
-            collector.add(from.span, Mistake::TwoSources.of(message), "an outbox sends to one inbox");
+            collector.add(from.span, ErrorCode::TwoSources.of(message), "an outbox sends to one inbox");
             continue;
         }
-        let message = Mistake::TwoSources
+        let message = ErrorCode::TwoSources
             .of(format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value));
         collector.add(to.span, message, "link each field once, or the whole input");
     }
 }
 
 /// Returns the name of a port in messages.
-fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {
-    match wire {
-        Wire::Port(port) => &survey.modules[module].description.ports[port].name,
-        Wire::Enabled => "enabled",
-        Wire::Params => "params",
+fn end_name<'s>(survey: &'s Survey<'_>, module: usize, link_end: LinkEnd) -> &'s str {
+    match link_end {
+        LinkEnd::Port(port) => &survey.modules[module].description.ports[port].name,
+        LinkEnd::Enabled => "enabled",
+        LinkEnd::Params => "params",
     }
 }
 
 impl Survey<'_> {
     /// Returns the path of a port, a switch or the parameters.
-    pub fn wire_path(&self, module: usize, wire: Wire) -> String {
-        join(&self.modules[module].module.name.value, wire_name(self, module, wire))
+    pub fn end_path(&self, module: usize, link_end: LinkEnd) -> String {
+        join(&self.modules[module].module.name.value, end_name(self, module, link_end))
     }
 }
 

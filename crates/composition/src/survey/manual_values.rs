@@ -23,7 +23,7 @@ pub(super) fn check_values<'a>(
     }
 }
 
-/// Returns the error and the advice for a manual value that an input rejects.
+/// Returns the error and the help for a manual value that an input rejects.
 fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -33,7 +33,7 @@ fn refusal(
         .or_else(|| knowledge_inputs::value_refusal(configuration, survey, port))
 }
 
-/// Returns the error and the advice if the input at a path rejects manual values.
+/// Returns the error and the help if the input at a path rejects manual values.
 pub fn manual_value_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,

@@ -32,10 +32,10 @@ use slate_module::{Description, ModuleKind, Stage, Trigger};
 
 pub use host::{Host, LOOP_STORE, stage_histogram};
 
+pub use crate::LinkEnd;
 use crate::OwnSetup;
 use crate::Played;
 use crate::RemotePath;
-pub use crate::Wire;
 use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, Filter, Program};
@@ -43,10 +43,10 @@ pub use aspects::needs;
 pub use block::{GATE, TRUTH, inbox_part, part};
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
-pub use links::{bridge_refusal, carrier_misfit, remote_path, ungated_command};
+pub use links::{bridge_refusal, carrier_mismatch, remote_path, ungated_command};
 pub use manual_values::manual_value_refusal;
 pub use names::port_at;
-use slate_configuration::{Configuration, Link, Mistake, Module};
+use slate_configuration::{Configuration, ErrorCode, Link, Module};
 pub use unlinked::unlinked_warnings;
 
 /// Names of the ports that every module has in addition to its own.
@@ -83,7 +83,7 @@ pub struct ResolvedLink<'a> {
     /// Link as configured.
     pub link: &'a Link,
     /// The module and the port that the link belongs to.
-    pub port: (usize, Wire),
+    pub port: (usize, LinkEnd),
     /// Source of the link, traced through the links of other inputs.
     pub target: LinkSource,
     /// Field of the source; empty for the whole value.
@@ -154,10 +154,10 @@ impl Remote {
 
 /// Mismatch between a link to another agent and its source.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Misfit {
+pub struct LinkMismatch {
     /// Description of the error.
     pub message: String,
-    /// Advice for the user.
+    /// Help for the user.
     pub help: String,
 }
 
@@ -210,7 +210,7 @@ pub struct Survey<'a> {
     /// The modules, in the order of the configuration.
     pub modules: Vec<Surveyed<'a>>,
     /// The links between them.
-    pub joints: Vec<ResolvedLink<'a>>,
+    pub links: Vec<ResolvedLink<'a>>,
     /// Targets of links whose modules are not loaded.
     pub absent: Vec<Absent>,
     /// Targets of links in other agents.
@@ -223,7 +223,7 @@ pub struct Survey<'a> {
     pub has_jpeg: bool,
     /// Links to other agents that do not fit their source, by the port that they fill.
     /// Each waits until the source changes.
-    pub misfits: BTreeMap<String, Misfit>,
+    pub mismatches: BTreeMap<String, LinkMismatch>,
     /// The provider of the service of each port: a port of another module, or the host.
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
@@ -283,29 +283,31 @@ impl<'a> Survey<'a> {
         &self,
         configuration: &Configuration,
         module: usize,
-    ) -> BTreeMap<Wire, Vec<LinkSignature>> {
+    ) -> BTreeMap<LinkEnd, Vec<LinkSignature>> {
         let mut link_signatures: BTreeMap<_, Vec<_>> = BTreeMap::new();
-        for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
-            let link = joint.link;
-            let value = match joint.port.1 {
-                Wire::Port(port) if !joint.is_plain() => self.modules[module].inputs.get(&port).cloned(),
+        for resolved in self.links.iter().filter(|resolved| resolved.port.0 == module) {
+            let link = resolved.link;
+            let value = match resolved.port.1 {
+                LinkEnd::Port(port) if !resolved.is_plain() => {
+                    self.modules[module].inputs.get(&port).cloned()
+                }
                 _ => None,
             };
-            let is_pending = matches!(joint.conversion, LinkConversion::Pending(_));
-            link_signatures.entry(joint.port.1).or_default().push(LinkSignature {
-                path: self.path(configuration, joint.target),
-                from: joint.from.clone(),
-                field: joint.field.clone(),
-                kind: (!joint.is_plain(), is_pending),
-                epoch: match joint.target {
+            let is_pending = matches!(resolved.conversion, LinkConversion::Pending(_));
+            link_signatures.entry(resolved.port.1).or_default().push(LinkSignature {
+                path: self.path(configuration, resolved.target),
+                from: resolved.from.clone(),
+                field: resolved.field.clone(),
+                kind: (!resolved.is_plain(), is_pending),
+                epoch: match resolved.target {
                     LinkSource::Remote(remote) => {
                         self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
                     }
                     _ => 0,
                 },
-                is_written: self.is_written(joint.target),
-                previous: joint.previous,
-                delayed: joint.delayed,
+                is_written: self.is_written(resolved.target),
+                previous: resolved.previous,
+                delayed: resolved.delayed,
                 stale: link.stale.as_ref().map(|stale| stale.value),
                 options: [
                     link.filter.every.as_ref().map(|every| every.value.to_string()),
@@ -322,19 +324,19 @@ impl<'a> Survey<'a> {
     /// Returns whether the source of a link is a port or a switch that links fill.
     fn is_written(&self, target: LinkSource) -> bool {
         let port = match target {
-            LinkSource::Port(module, port) => (module, Wire::Port(port)),
-            LinkSource::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            LinkSource::Port(module, port) => (module, LinkEnd::Port(port)),
+            LinkSource::Implied(module, Implied::Enabled) => (module, LinkEnd::Enabled),
             _ => return false,
         };
-        self.joints.iter().any(|joint| joint.port == port)
+        self.links.iter().any(|resolved| resolved.port == port)
     }
 
     /// Collects the readers of each path.
     fn collect_listeners(&mut self, configuration: &'a Configuration) {
         let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
-        for joint in &self.joints {
-            let name = self.modules[joint.port.0].module.name.value.as_str();
-            listeners.entry(self.path(configuration, joint.target)).or_default().push(name);
+        for resolved in &self.links {
+            let name = self.modules[resolved.port.0].module.name.value.as_str();
+            listeners.entry(self.path(configuration, resolved.target)).or_default().push(name);
         }
         let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
         let is_surveyed = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
@@ -362,14 +364,14 @@ impl<'a> Survey<'a> {
 }
 
 /// Checks a configuration against the kinds of a catalogue.
-/// All mistakes are added to `collector`.
+/// All errors are added to `collector`.
 pub fn survey<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
     collector: &mut DiagnosticCollector<'a>,
 ) -> Survey<'a> {
     let mut modules = Vec::new();
-    // Whose ports are not known: nothing is said of links to them.
+    // Their ports are unknown: links to them are not checked.
     let (mut dormant, mut is_complete) = (Vec::new(), true);
     for module in configuration.modules() {
         if catalogue.is_dormant(&module.kind.value) {
@@ -388,13 +390,13 @@ pub fn survey<'a>(
     let services = aspects::survey_services(&modules, catalogue, collector);
     let mut survey = Survey {
         modules,
-        joints: Vec::new(),
+        links: Vec::new(),
         absent: Vec::new(),
         played: Arc::clone(&catalogue.played),
         carriers: BTreeSet::new(),
         has_jpeg: false,
         remote: Vec::new(),
-        misfits: BTreeMap::new(),
+        mismatches: BTreeMap::new(),
         services,
         order: Vec::new(),
         listeners: BTreeMap::new(),
@@ -402,14 +404,14 @@ pub fn survey<'a>(
     links::survey_links(configuration, &dormant, catalogue, &mut survey, collector);
     rules::check_rules(configuration, &survey, collector);
     aspects::check_blocks(&survey, collector);
-    // The order can only be told when every module is known.
+    // The order can only be determined when every module is known.
     if is_complete {
         survey.collect_listeners(configuration);
         robot_model::check_robot_models(configuration, &dormant, &survey, collector);
         hardware::check_hardware(configuration, &dormant, &survey, collector);
-        survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, collector);
+        survey.order = order::survey_order(configuration, &survey.modules, &survey.links, collector);
         if collector.diagnostics.is_empty() {
-            rings::check_rings(&survey.modules, &survey.joints, collector);
+            rings::check_rings(&survey.modules, &survey.links, collector);
         }
     }
     survey
@@ -426,13 +428,13 @@ fn check_time_source(
     if !names.clone().any(|name| name == source.value) {
         collector.add(
             source.span,
-            Mistake::TimeSource.of(format!("no module `{}` to be the time source", source.value)),
+            ErrorCode::TimeSource.of(format!("no module `{}` to be the time source", source.value)),
             suggest(&source.value, names),
         );
     } else if collector.diagnostics.is_empty()
         && !modules.iter().any(|surveyed| surveyed.module.name.value == source.value)
     {
-        let message = Mistake::TimeSource
+        let message = ErrorCode::TimeSource
             .of(format!("the time source `{}` is of a plugin that is not loaded", source.value));
         collector.add(source.span, message, "load it, or choose another time source");
     }
@@ -456,7 +458,7 @@ fn check_unique(
         let first = &first.module.name.value;
         let message = format!("a robot has one {part}, and `{first}` ({place}) is it already");
         let help = format!("remove `{name}` or put it into another robot");
-        collector.add(second.module.name.span, Mistake::Second.of(message), help);
+        collector.add(second.module.name.span, ErrorCode::Second.of(message), help);
     }
 }
 

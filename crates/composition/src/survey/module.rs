@@ -12,7 +12,7 @@ use crate::OwnSetup;
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::parameters::{self, FollowedSetting};
-use slate_configuration::{Configuration, Mistake, Module};
+use slate_configuration::{Configuration, ErrorCode, Module};
 
 /// Names of the agent's own properties.
 const AGENT_PROPERTIES: [(&str, &str); 3] =
@@ -33,7 +33,7 @@ pub(super) fn survey_module<'a>(
     }
     let Some(kind) = catalogue.kind(&module.kind.value) else {
         let help = suggest(&module.kind.value, catalogue.kinds().map(ModuleKind::name));
-        let message = Mistake::Kind.of(format!("no plugin brings a module `{}`", module.kind.value));
+        let message = ErrorCode::Kind.of(format!("no plugin brings a module `{}`", module.kind.value));
         collector.add(module.kind.span, message, help);
         return None;
     };
@@ -138,7 +138,7 @@ fn inputs<'a>(
         let Some(port) = description.ports.iter().position(is_it) else {
             let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
             let help = suggest(name, names.map(|port| port.name.as_str()));
-            let message = Mistake::Name.of(format!("`{}` has no input `{name}`", module.name.value));
+            let message = ErrorCode::Name.of(format!("`{}` has no input `{name}`", module.name.value));
             collector.add(entry.key, message, help);
             continue;
         };

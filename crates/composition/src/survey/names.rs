@@ -61,7 +61,7 @@ pub(super) fn is_service(port: &PortDescription) -> bool {
 }
 
 /// Help for a link to a service.
-pub(super) const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";
+pub(super) const SERVICE: &str = "leave the link out: services are connected to their users without links";
 
 /// Returns the matching ports of modules of the same robot.
 pub(super) fn in_scope(

@@ -4,16 +4,16 @@ use slate_module::{Direction, Stage};
 
 use super::levels::{CycleFound, levels};
 use super::writers::writers;
-use super::{LinkSource, ResolvedLink, Surveyed, Wire};
+use super::{LinkEnd, LinkSource, ResolvedLink, Surveyed};
 use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::Configuration;
-use slate_configuration::Mistake;
+use slate_configuration::ErrorCode;
 
 /// Returns the levels of modules in each stage; reports cycles.
 pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
-    joints: &[ResolvedLink<'_>],
+    links: &[ResolvedLink<'_>],
     collector: &mut DiagnosticCollector<'_>,
 ) -> Vec<Vec<Vec<usize>>> {
     let mut order = Vec::new();
@@ -22,24 +22,24 @@ pub(super) fn survey_order(
             (0..modules.len()).filter(|module| modules[*module].stage == stage).collect();
         let position = |module: usize| members.iter().position(|member| *member == module);
         let mut edges = Vec::new();
-        for joint in joints {
-            let Some(own) = position(joint.port.0) else { continue };
-            let sends = matches!(joint.port.1, Wire::Port(port)
-                if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
+        for resolved in links {
+            let Some(own) = position(resolved.port.0) else { continue };
+            let sends = matches!(resolved.port.1, LinkEnd::Port(port)
+                if modules[resolved.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
-            let own_first = joint.previous != sends;
-            if let LinkSource::Port(module, port) = joint.target
+            let own_first = resolved.previous != sends;
+            if let LinkSource::Port(module, port) = resolved.target
                 && modules[module].description.ports[port].direction == Direction::Input
-                && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
+                && !links.iter().any(|other| other.port == (module, LinkEnd::Port(port)))
             {
                 // An input without a link is set, and no step writes it.
                 continue;
             }
-            for target in writers(configuration, modules, joint.target).into_iter().filter_map(position) {
+            for target in writers(configuration, modules, resolved.target).into_iter().filter_map(position) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
                 let unordered = sends
-                    || joint.previous
-                    || matches!(joint.target, LinkSource::Command(_) | LinkSource::Gate(_));
+                    || resolved.previous
+                    || matches!(resolved.target, LinkSource::Command(_) | LinkSource::Gate(_));
                 if own != target || !unordered {
                     edges.push(if own_first { (own, target) } else { (target, own) });
                 }
@@ -52,13 +52,13 @@ pub(super) fn survey_order(
             Err(CycleFound(cycle)) => {
                 let names: Vec<_> =
                     cycle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
-                let first = joints.iter().find(|joint| {
-                    position(joint.port.0).is_some_and(|own| cycle.contains(&own))
-                        && writers(configuration, modules, joint.target)
+                let first = links.iter().find(|resolved| {
+                    position(resolved.port.0).is_some_and(|own| cycle.contains(&own))
+                        && writers(configuration, modules, resolved.target)
                             .into_iter()
                             .any(|target| position(target).is_some_and(|at| cycle.contains(&at)))
                 });
-                let message = Mistake::Circle.of(format!(
+                let message = ErrorCode::Circle.of(format!(
                     "in stage {}, {} -> {} read each other in a circle",
                     stage.name(),
                     names.join(" -> "),
@@ -66,7 +66,7 @@ pub(super) fn survey_order(
                 ));
                 let help = "mark one of the links `previous = true`, or move a module to another stage";
                 match first {
-                    Some(joint) => collector.add(joint.link.from.span, message, help),
+                    Some(resolved) => collector.add(resolved.link.from.span, message, help),
                     None => collector.add(modules[members[cycle[0]]].module.name.span, message, help),
                 }
                 order.push(Vec::new());

@@ -7,7 +7,7 @@ use slate_module::Direction;
 
 use super::block::{Block, Provenance, is_fact, is_handed_on};
 use super::names::{split_module, split_port};
-use super::{Implied, LinkSource, ResolvedLink, Survey, Wire, scope};
+use super::{Implied, LinkEnd, LinkSource, ResolvedLink, Survey, scope};
 
 /// Origin of a link's value.
 #[derive(Clone, Copy, Debug)]
@@ -35,14 +35,14 @@ impl<'s> ValueOrigin<'s> {
 pub(super) fn origins<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
-    joint: &ResolvedLink<'_>,
+    resolved: &ResolvedLink<'_>,
 ) -> Vec<ValueOrigin<'s>> {
     let mut found = Vec::new();
-    if let Some((module, block)) = passed_by(configuration, survey, joint.link) {
+    if let Some((module, block)) = passed_by(configuration, survey, resolved.link) {
         found.push(ValueOrigin::of_module(survey, Provenance::Block(block), module));
         return found;
     }
-    collect(configuration, survey, (joint.target, &joint.from), &mut BTreeSet::new(), &mut found);
+    collect(configuration, survey, (resolved.target, &resolved.from), &mut BTreeSet::new(), &mut found);
     found
 }
 
@@ -52,10 +52,10 @@ fn collect<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
     (target, field): (LinkSource, &str),
-    seen: &mut BTreeSet<(usize, Wire, String)>,
+    seen: &mut BTreeSet<(usize, LinkEnd, String)>,
     found: &mut Vec<ValueOrigin<'s>>,
 ) {
-    let (module, wire) = match target {
+    let (module, link_end) = match target {
         LinkSource::Port(module, port) => {
             let description = &survey.modules[module].description;
             let own = &description.ports[port];
@@ -63,10 +63,10 @@ fn collect<'s>(
                 found.push(ValueOrigin::of_module(survey, Provenance::of_port(description, own), module));
                 return;
             }
-            (module, Wire::Port(port))
+            (module, LinkEnd::Port(port))
         }
-        LinkSource::Implied(module, Implied::Params) => (module, Wire::Params),
-        LinkSource::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+        LinkSource::Implied(module, Implied::Params) => (module, LinkEnd::Params),
+        LinkSource::Implied(module, Implied::Enabled) => (module, LinkEnd::Enabled),
         LinkSource::Implied(module, Implied::State | Implied::Timing | Implied::Histogram) => {
             found.push(ValueOrigin::of_module(survey, Provenance::Health, module));
             return;
@@ -97,22 +97,22 @@ fn collect<'s>(
             return;
         }
     };
-    if !seen.insert((module, wire, field.to_owned())) {
+    if !seen.insert((module, link_end, field.to_owned())) {
         return;
     }
-    let fills = |joint: &&ResolvedLink<'_>| {
-        joint.port == (module, wire) && (wire != Wire::Params || meets(&joint.field, field))
+    let fills = |resolved: &&ResolvedLink<'_>| {
+        resolved.port == (module, link_end) && (link_end != LinkEnd::Params || meets(&resolved.field, field))
     };
     let before = found.len();
-    // What a program outside fills an input with is that of a driver.
-    if configuration.external_links().iter().any(|link| link.fills(&survey.wire_path(module, wire))) {
+    // An input filled by an external program counts as a driver's.
+    if configuration.external_links().iter().any(|link| link.fills(&survey.end_path(module, link_end))) {
         found.push(ValueOrigin::of_module(survey, Provenance::Module, module));
     }
-    for joint in survey.joints.iter().filter(fills) {
-        if let Some((module, block)) = passed_by(configuration, survey, joint.link) {
+    for resolved in survey.links.iter().filter(fills) {
+        if let Some((module, block)) = passed_by(configuration, survey, resolved.link) {
             found.push(ValueOrigin::of_module(survey, Provenance::Block(block), module));
         } else {
-            collect(configuration, survey, (joint.target, &joint.from), seen, found);
+            collect(configuration, survey, (resolved.target, &resolved.from), seen, found);
         }
     }
     if found.len() == before {

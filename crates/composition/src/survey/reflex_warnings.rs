@@ -4,7 +4,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::block::{MEASUREMENT, REFLEX};
 use super::names::{in_scope, line};
-use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
+use super::{LinkEnd, LinkSource, ResolvedLink, Survey, scope};
 
 /// Warns of a reflex that reaches no Execute of its robot.
 /// Also when the link is left out on purpose: nothing stops the robot then.
@@ -14,13 +14,13 @@ pub(super) fn undelivered_reflex(
     path: &str,
 ) -> Option<(String, String)> {
     let robot = scope(&survey.modules[module].module.name.value);
-    let reaches = |joint: &ResolvedLink<'_>| match joint.target {
+    let reaches = |resolved: &ResolvedLink<'_>| match resolved.target {
         LinkSource::Port(other, _) => scope(&survey.modules[other].module.name.value) == robot,
         // Of a robot whose Execute is elsewhere.
         LinkSource::Remote(_) => in_scope(survey, module, is_inbox).is_empty(),
         _ => true,
     };
-    let mut own = survey.joints.iter().filter(|joint| joint.port == (module, Wire::Port(port)));
+    let mut own = survey.links.iter().filter(|resolved| resolved.port == (module, LinkEnd::Port(port)));
     if own.any(reaches) {
         return None;
     }

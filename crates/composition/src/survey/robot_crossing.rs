@@ -6,8 +6,8 @@ use slate_module::{Direction, PortDescription};
 
 use super::block::Block;
 use super::commander::commands_actuator;
-use super::{LinkSource, Survey, Wire, scope};
-use slate_configuration::{Configuration, Diagnostic, Mistake};
+use super::{LinkEnd, LinkSource, Survey, scope};
+use slate_configuration::{Configuration, Diagnostic, ErrorCode};
 
 /// Warns of commands that cross from one robot to another.
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -19,17 +19,17 @@ pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagn
 /// Warns of messages to another robot's Execute, and of commands to its driver.
 fn crossing_messages(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let name = |module: usize| survey.modules[module].module.name.value.as_str();
-    let warn = |joint: &super::ResolvedLink<'_>| {
-        let (own, wire) = joint.port;
-        let Wire::Port(port) = wire else { return None };
-        let (from, to, source, destination) = match joint.target {
+    let warn = |resolved: &super::ResolvedLink<'_>| {
+        let (own, link_end) = resolved.port;
+        let LinkEnd::Port(port) = link_end else { return None };
+        let (from, to, source, destination) = match resolved.target {
             LinkSource::Port(other, inbox) => {
                 let is_inbox = survey.modules[other].description.ports[inbox].direction == Direction::Inbox;
                 if !is_inbox || !commands_actuator(configuration, survey, other) {
                     return None;
                 }
                 let source = survey.path(configuration, LinkSource::Port(own, port));
-                (scope(name(own)), scope(name(other)), source, survey.path(configuration, joint.target))
+                (scope(name(own)), scope(name(other)), source, survey.path(configuration, resolved.target))
             }
             LinkSource::Command(actuator) => {
                 let destination = survey.path(configuration, LinkSource::Port(own, port));
@@ -43,13 +43,13 @@ fn crossing_messages(configuration: &Configuration, survey: &Survey<'_>) -> Vec<
         crosses.then(|| {
             let message = format!("`{source}` of robot `{from}` drives robot `{to}` by `{destination}`");
             configuration.diagnostic(
-                joint.link.to.span,
-                Mistake::OtherRobot.of(message),
+                resolved.link.to.span,
+                ErrorCode::OtherRobot.of(message),
                 Some(help(from, to)),
             )
         })
     };
-    survey.joints.iter().filter_map(warn).collect()
+    survey.links.iter().filter_map(warn).collect()
 }
 
 /// Returns the robot that an input of a driver moves.
@@ -75,7 +75,7 @@ fn crossing_commands(configuration: &Configuration) -> Vec<Diagnostic> {
             if !from.is_empty() && !to.is_empty() && from != to {
                 let name = &actuator.name.value;
                 let message = format!("`{path}` of robot `{from}` drives robot `{to}` by actuator `{name}`");
-                let message = Mistake::OtherRobot.of(message);
+                let message = ErrorCode::OtherRobot.of(message);
                 found.push(configuration.diagnostic(command.span, message, Some(help(from, to))));
             }
         }
@@ -87,15 +87,15 @@ fn help(from: &str, to: &str) -> String {
     format!("link a block of `{to}`, unless `{from}` is to drive both")
 }
 
-/// Returns the error and the advice for a Sensor that reads another robot's device.
+/// Returns the error and the help for a Sensor that reads another robot's device.
 /// `name` is the device and `path` the port. Refused only if the Sensor's own robot has the same device.
 pub fn refusal(
     survey: &Survey<'_>,
-    joint: &super::ResolvedLink<'_>,
+    resolved: &super::ResolvedLink<'_>,
     (path, name): (&str, &str),
 ) -> Option<(String, String)> {
-    let LinkSource::Port(device, output) = joint.target else { return None };
-    let (reader, device) = (&survey.modules[joint.port.0], &survey.modules[device]);
+    let LinkSource::Port(device, output) = resolved.target else { return None };
+    let (reader, device) = (&survey.modules[resolved.port.0], &survey.modules[device]);
     if Block::of(&reader.description) != Some(Block::Sensor) || Block::of(&device.description).is_some() {
         return None;
     }

@@ -4,9 +4,9 @@
 use slate_module::{Direction, PortDescription};
 
 use super::block::{Block, MEASUREMENT, is_sensed};
-use super::{LinkSource, Survey, Wire, scope};
+use super::{LinkEnd, LinkSource, Survey, scope};
 use crate::diagnostic_collector::DiagnosticCollector;
-use slate_configuration::{Configuration, Mistake};
+use slate_configuration::{Configuration, ErrorCode};
 
 /// Reports missing sensors of Monitors, and unlisted ones of other blocks.
 /// The other blocks are ReactiveModels and Executes.
@@ -100,7 +100,8 @@ fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, collector: &mut D
     for (parameter, sensor) in items {
         let Some(name) = sensor.as_str() else { continue };
         let is_there = |(number, port): (usize, &PortDescription)| {
-            let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(number)));
+            let is_linked =
+                survey.links.iter().any(|resolved| resolved.port == (module, LinkEnd::Port(number)));
             port.name == name && (is_linked || surveyed.inputs.contains_key(&number))
         };
         if inputs().any(is_there) {
@@ -119,7 +120,7 @@ fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, collector: &mut D
             ),
             None => "name a sensor of the RobotModel, or remove the rule".into(),
         };
-        collector.add(sensor.span, Mistake::Name.of(message), help);
+        collector.add(sensor.span, ErrorCode::Name.of(message), help);
     }
 }
 
@@ -128,8 +129,9 @@ fn sensors_of<'s>(
     survey: &'s Survey<'_>,
     module: usize,
 ) -> impl Iterator<Item = (usize, (usize, usize))> + 's {
-    survey.joints.iter().filter_map(move |joint| {
-        let ((reader, Wire::Port(port)), LinkSource::Port(sensor, output)) = (joint.port, joint.target)
+    survey.links.iter().filter_map(move |resolved| {
+        let ((reader, LinkEnd::Port(port)), LinkSource::Port(sensor, output)) =
+            (resolved.port, resolved.target)
         else {
             return None;
         };
@@ -149,7 +151,7 @@ fn check_required_sensors<'a>(
     let name = surveyed.module.name.value.as_str();
     for (number, port) in surveyed.description.ports.iter().enumerate() {
         let path = format!("{name}/{}", port.name);
-        let has_source = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(number)))
+        let has_source = survey.links.iter().any(|resolved| resolved.port == (module, LinkEnd::Port(number)))
             || surveyed.inputs.contains_key(&number)
             || configuration.says_of_port(&path)
             || configuration.is_left_out(&path)
@@ -167,7 +169,7 @@ fn check_required_sensors<'a>(
         let help = format!(
             "add a Sensor of {wanted} to the robot, such as a simulated one, remove the Monitor, or write \"/{path}\" = false"
         );
-        collector.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+        collector.add(surveyed.module.name.span, ErrorCode::Ends.of(message), help);
     }
 }
 
@@ -196,6 +198,6 @@ fn check_listed<'a>(
             model.list(survey)
         );
         let help = format!("link an input of `{knowledge}` to that sensor, or read one that it lists");
-        collector.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+        collector.add(surveyed.module.name.span, ErrorCode::Ends.of(message), help);
     }
 }

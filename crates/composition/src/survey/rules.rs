@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use slate_configuration::{Configuration, Mistake, Span};
+use slate_configuration::{Configuration, ErrorCode, Span};
 use slate_module::{Direction, PortDescription};
 
 use super::actuation;
@@ -17,7 +17,7 @@ use super::manual_values::check_values;
 use super::names::{join, split_module};
 use super::origins::{ValueOrigin, origins, passed_by};
 use super::robot_crossing;
-use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, duplicates, scope};
+use super::{LinkEnd, LinkSource, ResolvedLink, Survey, Surveyed, duplicates, scope};
 use crate::diagnostic_collector::DiagnosticCollector;
 
 /// Reports each link that violates the architecture.
@@ -29,12 +29,12 @@ pub(super) fn check_rules<'a>(
     for surveyed in &survey.modules {
         check_block(surveyed, collector);
     }
-    for joint in &survey.joints {
+    for resolved in &survey.links {
         // A violation at the end in another agent makes the link wait.
-        if (!matches!(joint.target, LinkSource::Remote(_)) || sends(survey, joint))
-            && let Some((span, message, help)) = refusal(configuration, survey, joint)
+        if (!matches!(resolved.target, LinkSource::Remote(_)) || sends(survey, resolved))
+            && let Some((span, message, help)) = refusal(configuration, survey, resolved)
         {
-            collector.add(span, Mistake::Attachment.of(message.replace("`//", "`slate://")), help);
+            collector.add(span, ErrorCode::Attachment.of(message.replace("`//", "`slate://")), help);
         }
     }
     check_values(configuration, survey, collector);
@@ -55,42 +55,42 @@ fn check_block<'a>(surveyed: &Surveyed<'a>, collector: &mut DiagnosticCollector<
     let blocks = Block::all(&surveyed.description);
     if let [first, second, ..] = blocks[..] {
         let name = &surveyed.module.name.value;
-        let message = format!("`{name}` is {} and {}, as its ports say", first.name(), second.name());
-        collector.add(surveyed.module.name.span, Mistake::Attachment.of(message), "make two modules of it");
+        let message = format!("`{name}` is {} and {}, by its ports", first.name(), second.name());
+        collector.add(surveyed.module.name.span, ErrorCode::Attachment.of(message), "make two modules of it");
     }
 }
 
 /// Returns whether a link carries messages.
-fn sends(survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> bool {
-    let (module, wire) = joint.port;
-    matches!(wire, Wire::Port(port)
+fn sends(survey: &Survey<'_>, resolved: &ResolvedLink<'_>) -> bool {
+    let (module, link_end) = resolved.port;
+    matches!(link_end, LinkEnd::Port(port)
         if survey.modules[module].description.ports[port].direction == Direction::Outbox)
 }
 
-/// Returns the error and the advice for a link against the rules.
+/// Returns the error and the help for a link against the rules.
 pub(super) fn refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    joint: &ResolvedLink<'_>,
+    resolved: &ResolvedLink<'_>,
 ) -> Option<(Span, String, String)> {
-    let (module, wire) = joint.port;
+    let (module, link_end) = resolved.port;
     let own = &survey.modules[module];
-    let port = match wire {
-        Wire::Port(port) => Some(&own.description.ports[port]),
-        Wire::Enabled | Wire::Params => None,
+    let port = match link_end {
+        LinkEnd::Port(port) => Some(&own.description.ports[port]),
+        LinkEnd::Enabled | LinkEnd::Params => None,
     };
-    let path = join(&survey.wire_path(module, wire), &joint.field);
+    let path = join(&survey.end_path(module, link_end), &resolved.field);
     if let Some(port) = port.filter(|port| port.direction == Direction::Outbox) {
-        return message_refusal(configuration, survey, joint, (module, port), &path);
+        return message_refusal(configuration, survey, resolved, (module, port), &path);
     }
-    let span = joint.link.from.span;
+    let span = resolved.link.from.span;
     // A fact and a percept that is handed on have the name of their block.
-    let name = match passed_by(configuration, survey, joint.link) {
-        Some(_) => joint.link.from.value.path_in(""),
-        None => target_name(configuration, survey, joint.target),
+    let name = match passed_by(configuration, survey, resolved.link) {
+        Some(_) => resolved.link.from.value.path_in(""),
+        None => target_name(configuration, survey, resolved.target),
     };
     let role = port.map_or("", |port| port.role.as_str());
-    let origins = origins(configuration, survey, joint);
+    let origins = origins(configuration, survey, resolved);
     let refused = match Block::of(&own.description) {
         Some(block) => read(survey, (module, block, role), (&path, &name), &origins),
         None => {
@@ -101,13 +101,13 @@ pub(super) fn refusal(
         }
     };
     let refused = refused
-        .or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins))
-        .or_else(|| knowledge_inputs::refusal(survey, joint, (&path, &name), &origins))
-        .or_else(|| robot_crossing::refusal(survey, joint, (&path, &name)));
+        .or_else(|| actuation::refusal(configuration, survey, resolved, (&path, &name), &origins))
+        .or_else(|| knowledge_inputs::refusal(survey, resolved, (&path, &name), &origins))
+        .or_else(|| robot_crossing::refusal(survey, resolved, (&path, &name)));
     refused.map(|(message, help)| (span, message, help))
 }
 
-/// Returns the error and the advice for a block that may not read these values.
+/// Returns the error and the help for a block that may not read these values.
 /// `name` is the source and `path` the port.
 fn read(
     survey: &Survey<'_>,
@@ -132,7 +132,7 @@ fn read(
             let help = match role {
                 role if is_sensed(role) && may_read(origin) => "link it to a Sensor, or make it an `Input`",
                 FACT if may_read(origin) => FACT_HELP,
-                _ => block.advice(origin.provenance),
+                _ => block.help(origin.provenance),
             };
             Some((message, help.into()))
         }
@@ -168,7 +168,7 @@ fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
     (one != other).then_some((one, other))
 }
 
-/// Returns the advice in place of a link between blocks of two robots.
+/// Returns the help in place of a link between blocks of two robots.
 fn other_robot_help(origin: Provenance, own: &str, other: &str) -> String {
     match origin {
         Provenance::Block(Block::Knowledge) | Provenance::Rule => format!(
@@ -180,7 +180,7 @@ fn other_robot_help(origin: Provenance, own: &str, other: &str) -> String {
     }
 }
 
-/// Returns the error and the advice for a link to ground truth.
+/// Returns the error and the help for a link to ground truth.
 /// Also for one to a value that a referee (`writer`) derives from it.
 fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>)) -> (String, String) {
     let relays = writer.is_some_and(|writer| is_referee(&survey.modules[writer].description));
@@ -188,26 +188,25 @@ fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>))
     let message = format!(
         "only ports of referees read ground truth, those with the role `truth`: `/{path}` can't read `/{name}`{what}"
     );
-    let help =
-        "a robot knows what its Sensors measure: link one, such as the positioning system or the odometry";
+    let help = "a robot's knowledge comes from its Sensors: link one, such as the positioning system or the odometry";
     (message, help.into())
 }
 
-/// Returns the error and the advice for messages against the rules.
+/// Returns the error and the help for messages against the rules.
 fn message_refusal(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    joint: &ResolvedLink<'_>,
+    resolved: &ResolvedLink<'_>,
     (module, port): (usize, &PortDescription),
     path: &str,
 ) -> Option<(Span, String, String)> {
     let own = &survey.modules[module];
     let sender = Block::of(&own.description);
     let origin = Provenance::of_port(&own.description, port);
-    let name = target_name(configuration, survey, joint.target);
-    let span = joint.link.from.span;
+    let name = target_name(configuration, survey, resolved.target);
+    let span = resolved.link.from.span;
     let from = scope(&own.module.name.value);
-    let to = match joint.target {
+    let to = match resolved.target {
         LinkSource::Port(receiver, _) => scope(&survey.modules[receiver].module.name.value),
         LinkSource::Remote(remote) => scope(scope(&survey.remote[remote].path.path)),
         _ => return None,
@@ -224,13 +223,13 @@ fn message_refusal(
     }
     // In this agent, the roles of both ports say so.
     let only = remote_sender(port.descriptor).filter(|only| sender != Some(*only));
-    if let (Some(only), LinkSource::Remote(_)) = (only, joint.target) {
+    if let (Some(only), LinkSource::Remote(_)) = (only, resolved.target) {
         let message =
             format!("{} alone sends {} to `/{name}`: `/{path}` can't", only.name(), port.descriptor.name);
         let help = "make it one of that robot, or tell the other robot a fact, through Knowledge";
         return Some((span, message, help.into()));
     }
-    let receiver = match joint.target {
+    let receiver = match resolved.target {
         LinkSource::Port(receiver, _) => Block::of(&survey.modules[receiver].description),
         // Talking to other robots is an action, whatever listens there.
         _ => None,
@@ -240,15 +239,15 @@ fn message_refusal(
         Some(Block::Sensor) if sender == Some(Block::Execute) => None,
         Some(block) if origin == Provenance::Truth => {
             let message = format!("{}: `/{path}`, of a referee, can't send to `/{name}`", block.reads());
-            Some((span, message, "what a referee knows is ground truth: only referees may have it".into()))
+            Some((span, message, "the output of a referee is ground truth: only referees may read it".into()))
         }
         Some(block) if !block.may_read(origin, from == to) => {
             let message = format!("{}: `/{path}` can't send to `/{name}`", block.reads());
-            Some((span, message, block.advice(origin).into()))
+            Some((span, message, block.help(origin).into()))
         }
         // Talking to another robot is an action.
         Some(block) if sender != Some(Block::Execute) && !block.may_read_other_robot(origin) => {
-            let LinkSource::Port(receiver, _) = joint.target else { return None };
+            let LinkSource::Port(receiver, _) = resolved.target else { return None };
             let (to, from) = two_robots(&survey.modules[receiver].module.name.value, &own.module.name.value)?;
             let message = format!(
                 "{OWN_ROBOT_RULE}: `/{path}` of robot `{from}` can't send to `/{name}` of robot `{to}`"
@@ -279,26 +278,26 @@ fn check_single_plan<'a>(
     collector: &mut DiagnosticCollector<'a>,
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
-    // Two Plans of a robot are a mistake of their own.
+    // Two Plans of a robot are an error of their own.
     let duplicates = duplicates(configuration, &survey.modules);
-    for joint in &survey.joints {
-        let LinkSource::Port(receiver, inbox) = joint.target else { continue };
-        if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
+    for resolved in &survey.links {
+        let LinkSource::Port(receiver, inbox) = resolved.target else { continue };
+        if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, resolved) {
             continue;
         }
-        let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
-        if duplicates.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
+        let Some(first) = plans.insert((receiver, inbox), resolved) else { continue };
+        if duplicates.iter().any(|(_, second)| *second == first.port.0 || *second == resolved.port.0) {
             continue;
         }
-        let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
-        let message = Mistake::Second.of(format!(
+        let path = |resolved: &ResolvedLink<'_>| survey.end_path(resolved.port.0, resolved.port.1);
+        let message = ErrorCode::Second.of(format!(
             "a robot has one Plan: `/{}` can't take the actions of both `/{}` and `/{}`",
-            survey.path(configuration, joint.target),
+            survey.path(configuration, resolved.target),
             path(first),
-            path(joint)
+            path(resolved)
         ));
         let help = "remove one of the two senders; one Plan chooses among several plans by a StrategyModel";
-        collector.add(joint.link.from.span, message, help);
+        collector.add(resolved.link.from.span, message, help);
     }
 }
 
@@ -322,7 +321,7 @@ fn check_gates<'a>(
             let is_own = scope(&commander.module.name.value) == robot;
             if !is_own || Block::of(&commander.description) != Some(Block::Execute) {
                 let (name, path) = (&actuator.name.value, path.trim_end_matches('/'));
-                let message = Mistake::Attachment.of(format!(
+                let message = ErrorCode::Attachment.of(format!(
                     "its own Execute alone commands a robot with blocks: `/{path}` can't command `{name}`"
                 ));
                 let help = "name a port of its Execute; make any other source of motion a ReactiveModel, or use teleoperation";

@@ -1,11 +1,11 @@
 //! Warnings of blocks that are switched off although their robot needs them.
 
-use slate_configuration::{Configuration, Diagnostic, Mistake};
+use slate_configuration::{Configuration, Diagnostic, ErrorCode};
 use slate_module::Direction;
 
 use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
 use super::commander::commands_actuator;
-use super::{LinkSource, Survey, Wire, scope};
+use super::{LinkEnd, LinkSource, Survey, scope};
 
 /// Warns of blocks that the configuration switches off and no link switches on.
 pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -16,7 +16,7 @@ pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<D
         }
         let name = &surveyed.module.name.value;
         let Some(missing_function) = missing_function(configuration, survey, module) else { continue };
-        let message = Mistake::SwitchedOff.of(format!("`{name}` is switched off: {missing_function}"));
+        let message = ErrorCode::SwitchedOff.of(format!("`{name}` is switched off: {missing_function}"));
         let help = format!("set `enabled = true` of `{name}`, or remove it");
         found.push(configuration.diagnostic(surveyed.module.enabled.span, message, Some(help)));
     }
@@ -25,7 +25,7 @@ pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<D
 
 /// Returns whether a link controls a module's switch.
 fn is_switched(survey: &Survey<'_>, module: usize) -> bool {
-    survey.joints.iter().any(|joint| joint.port == (module, Wire::Enabled))
+    survey.links.iter().any(|resolved| resolved.port == (module, LinkEnd::Enabled))
 }
 
 /// Returns the function that a robot lacks without a module.
@@ -64,23 +64,23 @@ fn missing_function(configuration: &Configuration, survey: &Survey<'_>, module: 
 
 /// Returns the inputs of enabled modules that read a module.
 fn readers<'s>(survey: &'s Survey<'_>, module: usize) -> impl Iterator<Item = String> + 's {
-    let reads = survey.joints.iter().filter(move |joint| {
+    let reads = survey.links.iter().filter(move |resolved| {
         let own = &survey.modules[module].description;
         // A Sensor's measurement, an Actuator's command, and whatever another block writes.
-        matches!(joint.target, LinkSource::Port(source, port) if source == module
+        matches!(resolved.target, LinkSource::Port(source, port) if source == module
             && own.ports[port].role != ACTUATOR_STATUS
             && (own.ports[port].role == MEASUREMENT || Block::of(own) != Some(Block::Sensor)))
     });
     let is_enabled = |reader: usize| survey.modules[reader].module.enabled.value;
     reads
-        .filter(move |joint| is_enabled(joint.port.0))
-        .map(|joint| survey.wire_path(joint.port.0, joint.port.1))
+        .filter(move |resolved| is_enabled(resolved.port.0))
+        .map(|resolved| survey.end_path(resolved.port.0, resolved.port.1))
 }
 
 /// Returns the modules that take the plans of a Plan.
 fn receivers<'s>(survey: &'s Survey<'_>, plan: usize) -> impl Iterator<Item = usize> + 's {
-    let own = survey.joints.iter().filter(move |joint| joint.port.0 == plan);
-    own.filter_map(|joint| match joint.target {
+    let own = survey.links.iter().filter(move |resolved| resolved.port.0 == plan);
+    own.filter_map(|resolved| match resolved.target {
         LinkSource::Port(receiver, inbox)
             if survey.modules[receiver].description.ports[inbox].role == PLAN =>
         {
@@ -92,11 +92,11 @@ fn receivers<'s>(survey: &'s Survey<'_>, plan: usize) -> impl Iterator<Item = us
 
 /// Returns the modules that send plans to an Execute.
 fn senders<'s>(survey: &'s Survey<'_>, execute: usize) -> impl Iterator<Item = usize> + 's {
-    survey.joints.iter().filter_map(move |joint| {
-        let (sender, Wire::Port(port)) = joint.port else { return None };
+    survey.links.iter().filter_map(move |resolved| {
+        let (sender, LinkEnd::Port(port)) = resolved.port else { return None };
         let own = &survey.modules[sender].description.ports[port];
         let sends = own.direction == Direction::Outbox && own.role == PLAN;
-        (sends && matches!(joint.target, LinkSource::Port(receiver, _) if receiver == execute))
+        (sends && matches!(resolved.target, LinkSource::Port(receiver, _) if receiver == execute))
             .then_some(sender)
     })
 }

@@ -15,8 +15,8 @@ use super::names::{in_scope, line};
 use super::reflex_warnings::{undelivered_reflex, unmeasured};
 use super::robot_crossing::crossing;
 use super::switched_off::switched_off;
-use super::{LinkSource, Survey, Wire, scope};
-use slate_configuration::{Configuration, Diagnostic, Mistake, empty_robots};
+use super::{LinkEnd, LinkSource, Survey, scope};
+use slate_configuration::{Configuration, Diagnostic, ErrorCode, empty_robots};
 
 /// Warns of ports and actuators without a counterpart.
 pub fn unlinked_warnings(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -26,7 +26,7 @@ pub fn unlinked_warnings(configuration: &Configuration, survey: &Survey<'_>) -> 
     for (module, surveyed) in enabled {
         for port in 0..surveyed.description.ports.len() {
             if let Some((message, help)) = unlinked_port(configuration, survey, module, port) {
-                let message = Mistake::Loose.of(message);
+                let message = ErrorCode::Loose.of(message);
                 found.push(configuration.diagnostic(surveyed.module.name.span, message, Some(help)));
             }
         }
@@ -36,7 +36,7 @@ pub fn unlinked_warnings(configuration: &Configuration, survey: &Survey<'_>) -> 
     found.extend(unguarded(configuration, survey));
     found.extend(wide_limits(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
-        let message = Mistake::EmptyRobot.of(format!("robot `{}` has no modules", robot.value));
+        let message = ErrorCode::EmptyRobot.of(format!("robot `{}` has no modules", robot.value));
         let help = format!("add its blocks in [robots.{0}.modules], or remove [robots.{0}]", robot.value);
         configuration.diagnostic(robot.span, message, Some(help))
     }));
@@ -56,7 +56,7 @@ fn unlinked_port(
     let surveyed = &survey.modules[module];
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
-    let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
+    let is_linked = survey.links.iter().any(|resolved| resolved.port == (module, LinkEnd::Port(port)))
         || reads(own) && configuration.is_filled(&path)
         || configuration.is_bridged(&path);
     let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
@@ -176,7 +176,7 @@ fn unanalyzed(
 /// Modules that are not loaded count, too.
 fn has_sender(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
     let path = survey.path(configuration, LinkSource::Port(module, port));
-    let is_target = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
+    let is_target = survey.links.iter().any(|resolved| resolved.target == LinkSource::Port(module, port));
     is_target || configuration.links().iter().any(|link| link.to.value == path)
 }
 
@@ -240,7 +240,7 @@ fn block_that_sends(role: &str) -> &'static str {
     if role == "plan" { "Plan" } else { "ReactiveModel" }
 }
 
-/// Returns advice for an input without a source.
+/// Returns help for an input without a source.
 fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> String {
     let fits = |other: &PortDescription| {
         let writes = matches!(other.direction, Direction::Output | Direction::Debug);
@@ -273,11 +273,11 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
     }
     let notices = || {
         let ports = &survey.modules[module].description.ports;
-        let alike = |joint: &super::ResolvedLink<'_>| {
-            let Wire::Port(other) = joint.port.1 else { return false };
-            joint.port.0 == module && ports[other].role == port.role
+        let alike = |resolved: &super::ResolvedLink<'_>| {
+            let LinkEnd::Port(other) = resolved.port.1 else { return false };
+            resolved.port.0 == module && ports[other].role == port.role
         };
-        survey.joints.iter().any(alike)
+        survey.links.iter().any(alike)
     };
     let is_traffic = binds(&port.role);
     port.required || is_traffic && (port.direction == Direction::Input || !notices())
@@ -289,7 +289,7 @@ fn unread_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagn
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;
         let command = format!("{name}/command");
-        let is_read = survey.joints.iter().any(|joint| joint.target == LinkSource::Command(index));
+        let is_read = survey.links.iter().any(|resolved| resolved.target == LinkSource::Command(index));
         // Also by a module that is not loaded.
         let is_named = configuration
             .links()
@@ -305,21 +305,21 @@ fn unread_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagn
             Some(input) => line(&input, &command),
             None => format!("link the input of its driver to it: \"driver/input\" = \"/{command}\""),
         };
-        let message = Mistake::Loose.of(format!("`{name}` reaches nothing: no link reads `{command}`"));
+        let message = ErrorCode::Loose.of(format!("`{name}` reaches nothing: no link reads `{command}`"));
         found.push(configuration.diagnostic(actuator.name.span, message, Some(help)));
     }
     found
 }
 
 /// Warns of an Actuator's output that no driver reads.
-/// The advice is the line that would link it.
+/// The help is the line that would link it.
 fn unread_output(
     configuration: &Configuration,
     survey: &Survey<'_>,
     (module, port): (usize, usize),
     path: &str,
 ) -> Option<(String, String)> {
-    let is_read = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
+    let is_read = survey.links.iter().any(|resolved| resolved.target == LinkSource::Port(module, port));
     let mut links = configuration.links().iter();
     // Another agent may read it.
     if is_read
@@ -343,9 +343,9 @@ fn unread_output(
 fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     // By Actuator, of which some outputs may report, or by gate.
     let mut readers: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
-    for joint in &survey.joints {
-        let Wire::Port(port) = joint.port.1 else { continue };
-        let moves = match joint.target {
+    for resolved in &survey.links {
+        let LinkEnd::Port(port) = resolved.port.1 else { continue };
+        let moves = match resolved.target {
             LinkSource::Port(module, port) => {
                 let surveyed = &survey.modules[module];
                 let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator)
@@ -359,7 +359,7 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             _ => None,
         };
         if let Some(moves) = moves {
-            readers.entry(moves).or_default().push((joint.port.0, port));
+            readers.entry(moves).or_default().push((resolved.port.0, port));
         }
     }
     let mut found = Vec::new();
@@ -372,7 +372,7 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             continue;
         };
         let input = survey.path(configuration, LinkSource::Port(*module, *port));
-        let message = Mistake::Unguarded.of(format!(
+        let message = ErrorCode::Unguarded.of(format!(
             "`{input}` is moved by `{actuator}` and lacks the role `{ACTUATION}`: anything could be linked to it past the gate"
         ));
         let help = format!(
@@ -405,7 +405,8 @@ fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String>
     let mut free = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {
         for (port, own) in surveyed.description.ports.iter().enumerate() {
-            let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)));
+            let is_linked =
+                survey.links.iter().any(|resolved| resolved.port == (module, LinkEnd::Port(port)));
             // A driver of several robots names its inputs after them.
             let is_of_another = own.name.split_once('/').is_some_and(|(robot, _)| robot != scope(name));
             if own.direction == Direction::Input

@@ -1,6 +1,6 @@
 //! Links to and from programs that are no agents.
 
-use slate_composition::{Wired, unlinked_warnings};
+use slate_composition::{LinkedConfiguration, unlinked_warnings};
 
 use super::scene::{allowed, catalogue, check, read, refused};
 
@@ -77,9 +77,9 @@ fn properties_leave_as_wholes_and_commands_through_their_gate() {
 fn ends_outside_of_the_agent_are_no_loose_ends() {
     let warnings = |sets: &[&str]| {
         let configuration = read(sets);
-        let wired = Wired::new(&configuration, &catalogue(), &|_| false);
-        let survey = wired.check(&catalogue()).unwrap();
-        unlinked_warnings(wired.configuration(), &survey)
+        let linked = LinkedConfiguration::new(&configuration, &catalogue(), &|_| false);
+        let survey = linked.check(&catalogue()).unwrap();
+        unlinked_warnings(linked.configuration(), &survey)
             .iter()
             .map(|found| found.message().to_owned())
             .collect::<Vec<_>>()

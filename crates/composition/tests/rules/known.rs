@@ -1,7 +1,7 @@
 //! What Knowledge alone fills.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, LinkedConfiguration};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Pose2;
 use slate_mapek::prelude::*;
@@ -88,8 +88,8 @@ fn with(set: &str) -> Result<(), String> {
     let sets = Some(set).filter(|set| !set.is_empty()).map(str::to_owned).into_iter().collect();
     let options = Options { sets, ..Options::default() };
     let configuration = Configuration::from_text("robot.toml", ROBOT, &options).unwrap();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    wired.check(&catalogue).map(drop).map_err(|report| report.to_string())
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    linked.check(&catalogue).map(drop).map_err(|report| report.to_string())
 }
 
 #[test]

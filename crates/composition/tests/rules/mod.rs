@@ -7,7 +7,7 @@ mod scene;
 mod services;
 
 use slate_blackboard::interface::Descriptor;
-use slate_composition::{RemotePath, RemoteProperty, Wired, unlinked_warnings};
+use slate_composition::{LinkedConfiguration, RemotePath, RemoteProperty, unlinked_warnings};
 use slate_interfaces::Twist2;
 use slate_module::prelude::*;
 
@@ -88,7 +88,7 @@ fn reading_an_input_of_another_block_does_not_cut_it() {
         refused(&format!(r#"links."/r3/avoid/range/distance"="{from}/distance""#), &["of a Monitor"]);
         let watch = format!(r#"links."/plain/input"="{from}""#);
         let configuration = read(&[&watch]);
-        let found = links(Wired::new(&configuration, &catalogue(), &|_| false).configuration());
+        let found = links(LinkedConfiguration::new(&configuration, &catalogue(), &|_| false).configuration());
         let line = format!("{} <- /r3/front/percept inferred", &from[1..]);
         assert!(found.contains(&line), "no `{line}` in {found:?}");
     }
@@ -119,12 +119,15 @@ fn analyze_reads_monitors_and_another_one_by_a_fact() {
         r#"links."/r2/compare/other"="/r2/knowledge/fact""#,
     ];
     let (configuration, catalogue) = (read(&fact), catalogue());
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
     // It reads the origin itself, in the cycle in which that is written.
-    let path = |joint: &slate_composition::ResolvedLink<'_>| survey.path(wired.configuration(), joint.target);
-    let read =
-        survey.joints.iter().find(|joint| survey.wire_path(joint.port.0, joint.port.1) == "r2/compare/other");
+    let path =
+        |resolved: &slate_composition::ResolvedLink<'_>| survey.path(linked.configuration(), resolved.target);
+    let read = survey
+        .links
+        .iter()
+        .find(|resolved| survey.end_path(resolved.port.0, resolved.port.1) == "r2/compare/other");
     assert_eq!(path(read.unwrap()), "r2/way/change");
     let place = |name: &str| {
         let levels = survey.order.iter().flatten();
@@ -187,7 +190,7 @@ fn reflex_knows_no_goal_and_no_map() {
         allowed(&format!(r#"links."/r2/{to}"="/r2/knowledge/goal""#));
     }
     // Also of the Knowledge in another agent.
-    assert!(from_other("/r3/avoid/range", "knowledge").is_some_and(|misfit| misfit.contains("no goal")));
+    assert!(from_other("/r3/avoid/range", "knowledge").is_some_and(|mismatch| mismatch.contains("no goal")));
     assert_eq!(from_other("/r3/avoid/range", "rule"), None);
 }
 
@@ -226,7 +229,7 @@ fn execute_alone_reaches_actuators() {
         r#"links."/r2/motors/command"="/r2/planner/twist""#,
         &["an Actuator reads the command that passed the gate", "link it to a gate"],
     );
-    let inferred = links(Wired::new(&read(&[]), &catalogue(), &|_| false).configuration());
+    let inferred = links(LinkedConfiguration::new(&read(&[]), &catalogue(), &|_| false).configuration());
     assert!(
         inferred.contains(&"r2/motors/command <- /r2/wheels/command inferred".to_owned()),
         "{inferred:?}"
@@ -238,9 +241,9 @@ fn an_actuator_with_a_guarded_driver_is_not_warned_of() {
     let sets =
         [r#"links."/simulator/wheels"="/r2/motors/moved""#, r#"links."/plain/input"="/r2/motors/felt""#];
     let (configuration, catalogue) = (read(&sets), catalogue());
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
-    let found = unlinked_warnings(wired.configuration(), &survey);
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
+    let found = unlinked_warnings(linked.configuration(), &survey);
     assert!(found.iter().all(|one| !one.message().contains("actuation")), "{found:?}");
 }
 
@@ -251,7 +254,7 @@ fn nothing_against_the_rules_is_inferred() {
         "robots.r2.links.\"compare/other\"=\"knowledge/fact\"",
     ];
     let configuration = read(&free);
-    let found = links(Wired::new(&configuration, &catalogue(), &|_| false).configuration());
+    let found = links(LinkedConfiguration::new(&configuration, &catalogue(), &|_| false).configuration());
     let inferred: Vec<_> =
         found.iter().filter(|line| line.ends_with(" inferred")).map(String::as_str).collect();
     let expected = [
@@ -269,23 +272,23 @@ fn nothing_against_the_rules_is_inferred() {
 
 /// A link to another agent, whose property is written by such a part.
 fn from_other(to: &str, part: &str) -> Option<String> {
-    misfit(to, part, <Near as Interface>::DESCRIPTOR)
+    mismatch(to, part, <Near as Interface>::DESCRIPTOR)
 }
 
 /// An Actuator that takes its command from there.
 fn commanded_by_other(part: &str) -> Option<String> {
-    misfit("/r2/motors/command", part, <Twist2 as Interface>::DESCRIPTOR)
+    mismatch("/r2/motors/command", part, <Twist2 as Interface>::DESCRIPTOR)
 }
 
-fn misfit(to: &str, part: &str, descriptor: &'static Descriptor) -> Option<String> {
+fn mismatch(to: &str, part: &str, descriptor: &'static Descriptor) -> Option<String> {
     let link = format!(r#"links."{to}"="slate://other/x/value""#);
     let mut catalogue = catalogue();
     let found = RemoteProperty { path: "x/value".into(), descriptor, part: part.into(), epoch: 1 };
     catalogue.remote.insert(RemotePath { agent: "other".into(), path: "x/value".into() }, found);
     let configuration = read(&[&link]);
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
-    survey.misfits.values().next().map(|misfit| format!("{} ({})", misfit.message, misfit.help))
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
+    survey.mismatches.values().next().map(|mismatch| format!("{} ({})", mismatch.message, mismatch.help))
 }
 
 #[test]
@@ -294,9 +297,9 @@ fn links_to_other_agents_wait_when_they_are_against_the_rules() {
         assert_eq!(from_other(to, "analyze"), None);
         assert_eq!(from_other(to, "knowledge"), None);
         for part in ["", "sensor", "monitor", "truth"] {
-            let misfit = from_other(to, part).unwrap_or_else(|| panic!("{to} should not read {part}"));
+            let mismatch = from_other(to, part).unwrap_or_else(|| panic!("{to} should not read {part}"));
             let rule = if part == "truth" { "only ports of referees" } else { PLAN };
-            assert!(misfit.contains(rule) && misfit.contains("slate://other/x/value"), "{misfit}");
+            assert!(mismatch.contains(rule) && mismatch.contains("slate://other/x/value"), "{mismatch}");
         }
     }
     assert_eq!(from_other("/judge/truth", "truth"), None);
@@ -396,7 +399,7 @@ fn a_block_reads_blocks_of_its_own_robot() {
         refused(&format!(r#"links."/r3/{to}/distance"="/r2/{from}/distance""#), &[rule]);
         refused(&format!(r#"links."/r3/{to}"={{from="/r2/{from}",previous=true}}"#), &[rule]);
     }
-    // Also through the input of a block, and of a module that is none.
+    // Also through the input of a block, and of a plain module.
     refused(r#"links."/r3/front/range"="/r2/avoid/range""#, &[rule, "of a Sensor of robot `r2`"]);
     let hop = [r#"links."/plain/input"="/r2/sonar/value""#, r#"links."/r3/front/range"="/plain/input""#];
     refused_scene(&hop, &[rule, "give `r3` a Sensor that reads it"]);
@@ -458,7 +461,7 @@ fn sensor_reads_devices_and_no_block_of_its_own_robot() {
 }
 
 #[test]
-fn what_a_referee_writes_is_ground_truth() {
+fn output_of_referee_is_ground_truth() {
     for to in ["/plain/input", "/r2/sonar/near", "/r2/front/range", "/r2/planner/aim", "/r2/knowledge/fact"] {
         let parts =
             ["only ports of referees read ground truth", "`/judge/opinion`, which a referee makes of it"];
@@ -493,12 +496,14 @@ fn percept_that_is_handed_on_is_that_of_its_monitor() {
     let pass = r#"robots.r2.modules.pass.kind="pass""#;
     let observes = [pass, r#"links."/r2/compare/range"="/r2/pass/percept""#];
     let (configuration, catalogue) = (read(&observes), catalogue());
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    let survey = wired.check(&catalogue).unwrap();
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    let survey = linked.check(&catalogue).unwrap();
     // The Analyze reads the Sensor's value.
-    let path = |joint: &slate_composition::ResolvedLink<'_>| survey.path(wired.configuration(), joint.target);
+    let path =
+        |resolved: &slate_composition::ResolvedLink<'_>| survey.path(linked.configuration(), resolved.target);
     for (to, from) in [("r2/pass/percept", "r2/sonar/value"), ("r2/compare/range", "r2/sonar/value")] {
-        let found = survey.joints.iter().find(|joint| survey.wire_path(joint.port.0, joint.port.1) == to);
+        let found =
+            survey.links.iter().find(|resolved| survey.end_path(resolved.port.0, resolved.port.1) == to);
         assert_eq!(path(found.unwrap()), from, "{to}");
     }
     for (link, says) in [
@@ -519,12 +524,12 @@ fn percept_that_is_handed_on_is_that_of_its_monitor() {
 fn roles_of_ports_bind_links_to_other_agents() {
     assert_eq!(from_other("/r2/listen/near", "sensor"), None);
     for part in ["", "knowledge", "gate"] {
-        let misfit = from_other("/r2/listen/near", part).unwrap_or_else(|| panic!("{part} is no Sensor"));
-        assert!(misfit.contains("a Monitor reads Sensors and Knowledge"), "{misfit}");
+        let mismatch = from_other("/r2/listen/near", part).unwrap_or_else(|| panic!("{part} is no Sensor"));
+        assert!(mismatch.contains("a Monitor reads Sensors and Knowledge"), "{mismatch}");
     }
     assert_eq!(commanded_by_other("gate"), None);
     for part in ["", "knowledge", "execute", "sensor"] {
-        let misfit = commanded_by_other(part).unwrap_or_else(|| panic!("{part} is no gate"));
-        assert!(misfit.contains("an Actuator reads the command that passed the gate"), "{misfit}");
+        let mismatch = commanded_by_other(part).unwrap_or_else(|| panic!("{part} is no gate"));
+        assert!(mismatch.contains("an Actuator reads the command that passed the gate"), "{mismatch}");
     }
 }

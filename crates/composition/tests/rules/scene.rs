@@ -1,7 +1,7 @@
 //! A scene of two robots with blocks, a simulator and a referee.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, LinkedConfiguration};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -137,7 +137,7 @@ pub struct Facts {
     heard: Inbox<Near>,
     #[role("rule")]
     rule: Output<Near>,
-    advice: Output<Twist2>,
+    help: Output<Twist2>,
     goal: Output<Near>,
 }
 
@@ -336,8 +336,8 @@ pub fn read(more: &[&str]) -> Configuration {
 
 pub fn check(more: &[&str], catalogue: &Catalogue) -> Result<(), String> {
     let configuration = read(more);
-    let wired = Wired::new(&configuration, catalogue, &|_| false);
-    wired.check(catalogue).map(drop).map_err(|report| report.to_string())
+    let linked = LinkedConfiguration::new(&configuration, catalogue, &|_| false);
+    linked.check(catalogue).map(drop).map_err(|report| report.to_string())
 }
 
 /// The scene with a link; the complaint has all those parts.

@@ -4,7 +4,7 @@
 use std::marker::PhantomData;
 
 use serde::{Deserialize, Serialize};
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, LinkedConfiguration};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -164,8 +164,8 @@ fn check_with(kind: ModuleKind, others: &[(&str, Plugin)]) -> Result<(), String>
         text += &format!("{module}\n");
     }
     let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
-    let wired = Wired::new(&configuration, &catalogue, &|_| false);
-    wired.check(&catalogue).map(drop).map_err(|report| report.to_string())
+    let linked = LinkedConfiguration::new(&configuration, &catalogue, &|_| false);
+    linked.check(&catalogue).map(drop).map_err(|report| report.to_string())
 }
 
 fn check(kind: ModuleKind) -> Result<(), String> {

@@ -39,7 +39,7 @@ impl Checks {
                 Ok(Err(report)) => diagnostics.extend_from_slice(report.diagnostics()),
                 Err(_) => diagnostics.push(Diagnostic::without_place(
                     "a check of the configuration panicked",
-                    Some("this is a mistake in the program, not in the configuration".into()),
+                    Some("this is an error in the program, not in the configuration".into()),
                 )),
             }
         }

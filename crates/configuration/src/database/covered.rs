@@ -26,7 +26,7 @@ pub(super) fn by_session(
         .collect()
 }
 
-/// Refuses to save over edits that somebody made to a file meanwhile.
+/// Refuses to save over edits of a file since it was read.
 pub(super) fn refuse(covered: &[Change]) -> Result<(), Report> {
     let text = |value: &Option<Value>| value.as_ref().map_or("nothing".into(), Value::to_string);
     let diagnostic = |change: &Change| {

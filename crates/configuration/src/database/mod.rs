@@ -30,7 +30,7 @@ use super::set::{Written, first_equals, parse_set};
 use super::source::{Origin, SettingSource, SourceKind, Sources};
 use super::value::Value;
 use super::{Configuration, Diagnostic, Options, Report, Setting, problems::Problems, report};
-use crate::mistake::Message;
+use crate::error_code::Message;
 use checks::{Checks, Validator};
 use handlers::Handlers;
 pub use handlers::Subscription;
@@ -126,7 +126,7 @@ impl Database {
     /// Reads a file and all its layers.
     ///
     /// # Errors
-    /// All mistakes in any of them.
+    /// All errors in any of them.
     pub fn open(path: impl AsRef<Path>, options: Options) -> Result<Self, Report> {
         Self::new(Main::File(path.as_ref().to_owned()), options)
     }
@@ -135,7 +135,7 @@ impl Database {
     /// Changes of its settings can be saved to a host's file only.
     ///
     /// # Errors
-    /// All mistakes in any of the layers.
+    /// All errors in any of the layers.
     pub fn from_text(name: &str, text: &str, options: Options) -> Result<Self, Report> {
         Self::new(Main::Text { name: name.into(), text: text.into() }, options)
     }
@@ -222,7 +222,7 @@ impl Database {
     /// It [proposes](Self::propose) and [commits](Proposal::commit) them, again if another thread was faster.
     ///
     /// # Errors
-    /// All mistakes in any of them; then none is made.
+    /// All errors in any of them; then none is made.
     pub fn set(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Vec<Change>, Report> {
         loop {
             if let Some(changes) = self.propose(changes)?.apply() {
@@ -282,14 +282,14 @@ impl Database {
     /// Reads edited files of the configuration again, within a second.
     /// Included files are watched too.
     ///
-    /// A thread polls their paths, so it doesn't matter how an editor replaces them. It calls `told` with the
-    /// effects of an edit, or with its mistakes; then nothing changes, and the next edit is tried. Changes made at
+    /// A thread polls their paths, so it doesn't matter how an editor replaces them. It calls `handler` with the
+    /// effects of an edit, or with its errors; then nothing changes, and the next edit is tried. Changes made at
     /// run time stay on top.
     ///
     /// # Errors
     /// No more threads can be started.
-    pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
-        Watch::begin(self.clone(), told)
+    pub fn watch(&self, handler: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
+        Watch::begin(self.clone(), handler)
     }
 
     fn state(&self) -> DatabaseState {

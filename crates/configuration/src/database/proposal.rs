@@ -105,7 +105,7 @@ impl Database {
     /// Files are not read again, so that nothing else changes.
     ///
     /// # Errors
-    /// All mistakes in any of them, and the objections of the validators.
+    /// All errors in any of them, and the objections of the validators.
     pub fn propose(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Proposal, Report> {
         let changes: Vec<_> = changes
             .iter()
@@ -207,7 +207,7 @@ impl Database {
     /// Proposes the present content of the files; the session stays above it.
     ///
     /// # Errors
-    /// All mistakes in any of the layers, and the objections of the validators.
+    /// All errors in any of the layers, and the objections of the validators.
     pub fn reload(&self) -> Result<Proposal, Report> {
         self.proposal(self.state(), &[], ProposalFiles::Edited(Files::default())).0
     }

@@ -37,7 +37,7 @@ impl Database {
     /// A file was changed on the disk since it was read, can't be written, or has no place for the change; or any file
     /// was edited and is refused. Nothing is written then, unless the disk fails between two files.
     pub fn save(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
-        self.save_or_look(to, false)
+        self.save_or_list(to, false)
     }
 
     /// Returns the files that [`save`](Database::save) would write; writes nothing.
@@ -45,10 +45,10 @@ impl Database {
     /// # Errors
     /// As of [`save`](Database::save), except for errors of writing.
     pub fn saved_files(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
-        self.save_or_look(to, true)
+        self.save_or_list(to, true)
     }
 
-    fn save_or_look(&self, to: SaveTo, only_looks: bool) -> Result<Vec<PathBuf>, Report> {
+    fn save_or_list(&self, to: SaveTo, only_lists: bool) -> Result<Vec<PathBuf>, Report> {
         // The edited files will have another content once they are mended.
         if let Some(refused) = self.refused_edit() {
             let first = Diagnostic::without_place(
@@ -74,7 +74,7 @@ impl Database {
                 ));
             }
         }
-        if only_looks {
+        if only_lists {
             return Ok(edited.into_iter().map(|file| file.path).collect());
         }
         for file in &edited {
@@ -208,7 +208,7 @@ impl Database {
             .filter(|(_, _, present)| present.is_some_and(|value| of_session(&configuration, value.span)));
         if let Some(path) = lost.chain(unsaved.map(|(path, ..)| path)).next() {
             return Err(refusal(
-                format!("`{}` can't be saved: read again, the files would not say the same", render(&path)),
+                format!("`{}` can't be saved: the files would not have the same meaning", render(&path)),
                 "write this change into the file by hand",
             ));
         }

@@ -33,16 +33,16 @@ impl Watch {
     /// Begins a thread that looks at the files of a database.
     pub(super) fn begin(
         database: Database,
-        told: impl FnMut(Result<Edit, Report>) + Send + 'static,
+        handler: impl FnMut(Result<Edit, Report>) + Send + 'static,
     ) -> Result<Self, Report> {
         let (stop, stopped) = mpsc::channel();
         let mut watcher = FileWatcher { database, seen: None, refused: None };
-        let mut told = told;
+        let mut handler = handler;
         let run = move || {
             while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                if let Some(result) = watcher.look() {
-                    // The next edit is to be taken over even if nobody learns of this one.
-                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
+                if let Some(result) = watcher.poll() {
+                    // The next edit is to be taken over even if the handler panics.
+                    let _ = catch_unwind(AssertUnwindSafe(|| handler(result)));
                 }
             }
         };
@@ -88,14 +88,14 @@ struct Refused {
 }
 
 impl FileWatcher {
-    fn look(&mut self) -> Option<Result<Edit, Report>> {
+    fn poll(&mut self) -> Option<Result<Edit, Report>> {
         let state = self.database.state();
         let generation = state.generation;
         let now =
             state.files.fresh(self.refused.as_ref().map_or(&Files::default(), |refused| &refused.files));
         if state.files.hold_in(&now) {
             self.seen = None;
-            // The mistake is mended.
+            // The error is mended.
             let state = self.database.state();
             let as_before =
                 || Ok(Edit { changes: Vec::new(), waiting: state.waiting, covered: state.covered });
@@ -112,7 +112,7 @@ impl FileWatcher {
         }
         let (result, files) = self.database.proposal(state, &[], ProposalFiles::Edited(now));
         match result {
-            // Overtaken by another change: the next look tries again.
+            // Overtaken by another change: the next poll tries again.
             Ok(proposal) => {
                 let (waiting, covered) = (proposal.waiting().to_vec(), proposal.covered().to_vec());
                 self.refused = None;
@@ -120,9 +120,9 @@ impl FileWatcher {
             }
             Err(report) => {
                 let text = report.to_string();
-                let told = self.refused.as_ref().is_some_and(|refused| refused.report == text);
+                let is_reported = self.refused.as_ref().is_some_and(|refused| refused.report == text);
                 self.refused = Some(Refused { files, generation, report: text });
-                (!told).then_some(Err(report))
+                (!is_reported).then_some(Err(report))
             }
         }
     }

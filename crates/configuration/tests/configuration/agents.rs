@@ -26,7 +26,7 @@ on = "ticks"
 period = "50ms"
 
 [agents.watcher.modules.referee]
-params.tolerance = 0.1 # metres
+params.tolerance = 0.1 # meters
 "#;
 
 const ROBOT: &str = "[agent]\nname = \"pioneer\"\nseed = 3\n[loop]\nperiod = \"10ms\"\n\
@@ -348,7 +348,7 @@ fn changes_at_run_time_are_those_of_one_agent() {
     database.revert("agents.watcher.loop").unwrap().commit().unwrap();
     assert!(database.diff().is_empty());
 
-    // An edit of the other's table is none of its own, and a mistake there is the other's.
+    // An edit of another agent's table does not concern this one, nor does an error there.
     let edit = |from: &str, to: &str| {
         let text = fs::read_to_string(folder.path("team.toml")).unwrap().replace(from, to);
         fs::write(folder.path("team.toml"), text).unwrap();

@@ -131,7 +131,7 @@ fn every_value_tells_where_it_comes_from() {
 }
 
 #[test]
-fn what_differs_from_the_files_is_listed() {
+fn differences_from_files_are_listed() {
     let database = database(TEXT, &["modules.follower.params.gain=1.5"]);
     let of_set = "modules.follower.params.gain: 1.2 -> 1.5 (--set modules.follower.params.gain=1.5)";
     assert_eq!(differences(&database), [of_set]);

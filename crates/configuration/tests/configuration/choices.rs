@@ -130,7 +130,7 @@ fn an_agent_of_several_has_its_own_variant() {
 }
 
 #[test]
-fn what_can_not_be_chosen_is_said_with_its_place() {
+fn invalid_choice_is_reported_with_place() {
     assert_eq!(
         refusal(FILE, &["controller=best"]),
         "--set:1:12: `controller` chooses `best`, which is no variant (expected one of own, wall)"
@@ -190,7 +190,7 @@ fn another_variant_is_chosen_at_run_time_and_saved() {
 }
 
 #[test]
-fn what_was_recorded_keeps_the_settings_above_its_variant() {
+fn recording_keeps_settings_above_its_variant() {
     let recorded = "controller = \"wall\"\n[modules.turn]\nenabled = false\n[modules.drive]\nparams = { speed = 0.3 }\n\
                     [choices.controller.wall]\nmodules.turn.enabled = false\nmodules.drive.params.speed = 0.1\n\
                     modules.ghost.params.gain = 1.0\n";

@@ -122,7 +122,7 @@ fn agents_find_each_other_locally_unless_the_file_says_where() {
 }
 
 #[test]
-fn what_an_agent_brings_itself_stays_its_own() {
+fn own_properties_of_agent_stay_local() {
     let agents = AGENTS.replace(
         "runs = \"r3\"",
         "runs = \"r3\"\n[agents.r3.modules.camera]\n[agents.r3.links]\n\"r3/planner/image\" = \"camera/image\"\n\
@@ -162,7 +162,7 @@ fn settings_change_what_the_agent_runs() {
 }
 
 #[test]
-fn what_nobody_or_two_would_run_is_refused() {
+fn unassigned_or_doubly_assigned_module_is_refused() {
     for (agents, agent, what) in [
         (
             "[agents.base]\n[agents.r2]\nruns = [\"r9\"]\n[agents.r3]\nruns = [\"r3\"]",

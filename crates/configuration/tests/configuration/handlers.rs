@@ -1,4 +1,4 @@
-//! Who is told of which changes, when, and what they may do.
+//! Handlers of changes: their order, time and permissions.
 
 use std::sync::{Mutex, mpsc};
 
@@ -53,7 +53,7 @@ fn handlers_get_the_changes_below_their_prefix_in_order() {
 }
 
 #[test]
-fn a_handler_that_panics_stops_nobody() {
+fn panicking_handler_stops_no_other_handler() {
     let (database, calls) = (database(TEXT, &[]), Calls::default());
     let bad = database.subscribe("", |_, _| panic!("a handler that fails")).unwrap();
     let _good = calls.subscribe(&database, "good", "");
@@ -104,7 +104,7 @@ fn a_handler_may_end_any_subscription() {
 }
 
 #[test]
-fn changes_of_many_threads_are_all_made_and_told_in_one_order() {
+fn concurrent_changes_are_made_and_reported_in_one_order() {
     let (database, calls) = (database(TEXT, &[]), Calls::default());
     let _x = calls.subscribe(&database, "x", "modules.a.params.x");
     std::thread::scope(|scope| {

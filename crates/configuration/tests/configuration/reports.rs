@@ -41,14 +41,14 @@ fn a_wrong_command_line_setting_gets_a_caret() {
 
 #[test]
 fn all_errors_are_reported_together_in_the_order_of_the_text() {
-    let text = "colour = 1\n[agent]\nseed = -1\n[modules.Bad]\n[modules.a]\nstage = \"Akt\"\nenabled = 1\nparams = 2\n\
+    let text = "color = 1\n[agent]\nseed = -1\n[modules.Bad]\n[modules.a]\nstage = \"Akt\"\nenabled = 1\nparams = 2\n\
                 [links]\n\"a/x\" = \"http://b/c\"\n\"a/y\" = { form = \"b/c\" }\n[actuators.w]\nlimits.left = [2, 1]\n";
     let report = with_sets(text, &["loop.hang=0s"]).unwrap_err();
     let lines: Vec<_> = report.diagnostics().iter().map(|d| (d.line().unwrap(), d.message())).collect();
     assert_eq!(
         lines,
         [
-            (1, "unknown key `colour` at the top"),
+            (1, "unknown key `color` at the top"),
             (3, "`seed` takes a whole number from 0, found -1"),
             (4, "`Bad` can't name a module"),
             (6, "`stage` can't be `Akt`"),
@@ -214,7 +214,7 @@ fn a_setting_that_is_none_is_explained() {
 }
 
 #[test]
-fn what_a_terminal_would_obey_in_a_name_is_written_out() {
+fn control_characters_in_names_are_escaped() {
     let name = "\u{1b}[31mred\n.toml";
     let folder = Folder::new("printable", &[(name, "[lop]\n")]);
     let report = Database::open(folder.path(name), options(&[])).unwrap_err();

@@ -97,7 +97,7 @@ fn a_new_value_gets_a_place_that_fits() {
 }
 
 #[test]
-fn what_a_change_takes_the_place_of_goes_and_its_comments_stay() {
+fn change_replaces_setting_and_keeps_comments() {
     let before = "[modules.a]\n# how often\nevery = \"1ms\" # fast\n# the goal\ninputs.goal = { x = 1.0 } # there\n\
                   [actuators.w]\n# who\ncommand = \"a/w\"\n[links]\n# from b\n\"a/pose\" = \"b/pose\" # linked\n";
     let changes = [
@@ -246,7 +246,7 @@ fn a_file_that_was_edited_meanwhile_is_not_overwritten() {
 }
 
 #[test]
-fn what_cannot_be_saved_is_said_and_stays_changed() {
+fn unsavable_change_is_reported_and_stays() {
     let database = Database::from_text("exp1.toml", "[loop]\nperiod = \"20ms\"\n", options(&[])).unwrap();
     database.set(&[("loop.period", "10ms")]).unwrap();
     assert_eq!(
@@ -267,7 +267,7 @@ fn what_cannot_be_saved_is_said_and_stays_changed() {
     database.save(SaveTo::Host).unwrap();
     assert_eq!(text(&folder, "host.toml"), "[loop]\nperiod = \"10ms\"\n");
 
-    // The folder has gone, so nothing can be written; and the database goes on.
+    // The folder has gone, so nothing can be written; and the database continues.
     let folder = Folder::new("gone", &[("exp1.toml", "")]);
     let database = open(&folder, &[]);
     database.set(&[("loop.period", "10ms")]).unwrap();

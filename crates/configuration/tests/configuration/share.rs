@@ -29,7 +29,7 @@ fn a_period_that_is_too_short_is_refused() {
 }
 
 #[test]
-fn an_agent_of_which_nothing_is_said_is_found_by_its_name() {
+fn agent_without_settings_is_found_by_name() {
     let configuration = read("[share.agents.arm]\n[share.agents.leg]\nat = \"tls:10.0.0.4:7447\"\n").unwrap();
     let agents = &configuration.share().unwrap().agents;
     assert_eq!(agents["arm"].value, "local:arm");

@@ -80,7 +80,7 @@ fn an_invalid_edit_is_refused_whole_with_file_line_and_caret() {
     assert!(report.render(false).contains("hang = \"soon\"\n   ·        ───┬──"), "{report:?}");
     assert!(Arc::ptr_eq(&before, &database.current()));
 
-    // It's told once, and changes at run time go on from what holds.
+    // It's told once, and changes at run time continue from what holds.
     database.set(&[("modules.a.params.x", "2")]).unwrap();
     assert_eq!(database.current().period().value, 20_000_000);
 
@@ -127,7 +127,7 @@ fn a_file_that_goes_is_reported_and_what_holds_stays() {
 }
 
 #[test]
-fn what_is_told_may_panic_and_what_is_saved_is_no_edit() {
+fn handlers_may_panic_and_own_save_is_no_edit() {
     let folder = folder("told");
     let database = Database::open(folder.path("exp1.toml"), options(&[])).unwrap();
     let (sender, told) = mpsc::channel();
@@ -180,7 +180,7 @@ fn an_edit_of_a_run_time_setting_is_reported_and_kept() {
 }
 
 #[test]
-fn a_mended_file_is_told() {
+fn corrected_file_is_reported() {
     let folder = folder("mended");
     let (_database, _watch, told) = watched(&folder);
     let good = fs::read_to_string(folder.path("exp1.toml")).unwrap();
@@ -206,7 +206,7 @@ fn a_pending_value_survives_changes_of_its_setting() {
         shown(&database.reload().unwrap().commit().unwrap())
     };
     let waiting = || shown(&database.waiting());
-    // The period is another one, the time-out is new, and so is a whole module.
+    // The period is another one, the timeout is new, and so is a whole module.
     let changed = edit(
         "loop.period = \"7ms\"\nloop.hang = \"1s\"",
         "[modules.a]\nparams.x = 2\n[modules.b.params]\ny = [1, 2]\n",
@@ -230,7 +230,7 @@ fn a_pending_value_survives_changes_of_its_setting() {
     // As it was before, nothing waits.
     assert!(edit("[loop]\nperiod = \"20ms\"\n", "[modules.a]\nparams.x = 3\n").is_empty());
     assert!(waiting().is_empty() && database.diff().is_empty());
-    // An edit with a mistake changes nothing of what waits either.
+    // An edit with an error changes nothing of what waits either.
     edit("loop.period = \"5ms\"", "[modules.a]\nparams.x = 3\n");
     fs::write(folder.path("exp1.toml"), "include = \"robot.toml\"\nloop.period = 5\n").unwrap();
     assert!(database.reload().is_err());

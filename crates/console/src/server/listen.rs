@@ -57,7 +57,7 @@ const LOCAL_HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
     let mut hosts = Vec::new();
     for address in addresses {
-        // Whoever reaches all addresses of a computer calls it by one of its names.
+        // A client that reaches all addresses of a computer uses one of its names.
         if !address.ip().is_unspecified() {
             hosts.push(address.to_string());
         }

@@ -50,7 +50,7 @@ pub(super) async fn respond(
                     .insert("preference-applied", HeaderValue::from_static(REFUSAL_PREFERENCE));
             }
             if !is_get && problem.status == StatusCode::PAYLOAD_TOO_LARGE {
-                // What still comes is not read.
+                // The rest of the request is not read.
                 response.headers_mut().insert("connection", HeaderValue::from_static("close"));
             }
             response
@@ -84,7 +84,7 @@ async fn answer(
     let mut query = if is_stop { Query::parse_leniently(query) } else { Query::parse(query)? };
     let role = lower_role(host.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
     let found = of_request(head.method.as_str(), path)?;
-    // A stop waits for nobody, and is never too much.
+    // A stop never waits, and is never rate-limited.
     if !is_stop {
         host.guard.check_rate()?;
     }
@@ -124,7 +124,7 @@ fn page(
     if is_small && !is_known {
         answer.headers_mut().insert(CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }
-    // It may be kept, and is asked for again each time.
+    // It may be cached, but must be revalidated.
     answer.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
     if let Ok(version) = HeaderValue::from_str(&version) {
         answer.headers_mut().insert(ETAG, version);

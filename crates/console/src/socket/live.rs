@@ -3,7 +3,7 @@
 //! The client says `{"subscribe": [{"id": 1, "url": "/r2/planner/state", "rate": 20, "form": "json"}]}` and
 //! `{"unsubscribe": [1]}`. It gets `{"id", "interface", "schema", "url"}` for each, and then values: as text `{"id",
 //! "sequence", "time", "value"}`, or in the form `binary` the bytes 1, id (u32), time (u64), sequence (u64), all little-endian,
-//! and the value as it lies in memory. Whoever reads slowly gets the newest value of each; nothing is kept for him.
+//! and the value as it lies in memory. A slow reader gets the newest value of each; nothing is buffered for it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -146,8 +146,12 @@ fn handle(
             .map(|wanted| {
                 let id = wanted.id;
                 let has_room = subscriptions.len() < MAX_SUBSCRIPTIONS || subscriptions.contains_key(&id);
-                let full =
-                    || Problem::unfit(format!("there are {MAX_SUBSCRIPTIONS} subscriptions"), "end one");
+                let full = || {
+                    Problem::unfit(
+                        format!("at most {MAX_SUBSCRIPTIONS} subscriptions are possible"),
+                        "end one",
+                    )
+                };
                 let subscribed = if has_room { subscribe(surface, wanted) } else { Err(full()) };
                 match subscribed {
                     Ok((subscription, answer)) => {

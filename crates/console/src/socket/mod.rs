@@ -156,7 +156,7 @@ pub(crate) fn open<B>(
     let headers = request.headers();
     let offered = protocols(headers);
     let kind = SocketService::of(&path, &offered).ok_or_else(|| {
-        let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
+        let help = format!("available: {BASE}/live, {BASE}/teleoperation and /foxglove");
         Problem::not_found(format!("there is no WebSocket at {path}"), help)
     })?;
     let key = key(request.method(), headers)?.to_owned();
@@ -166,7 +166,7 @@ pub(crate) fn open<B>(
     let mine: Vec<_> = offered.iter().filter(|protocol| !protocol.starts_with(TOKEN_PROTOCOL)).collect();
     let chosen = kind.protocols().iter().find(|known| mine.iter().any(|protocol| protocol == *known));
     if chosen.is_none() && !(mine.is_empty() && kind != SocketService::Foxglove) {
-        let message = format!("none of the subprotocols is known here: {}", offered.len());
+        let message = format!("none of the subprotocols is supported: {}", offered.len());
         return Err(Problem::bad(message, format!("offer {}", kind.protocols().join(" or "))));
     }
     if kind == SocketService::Teleoperation && role < Role::Operator {
@@ -235,7 +235,7 @@ async fn serve(kind: SocketService, client: SocketClient, upgraded: Upgraded) {
     let mut settings = WebSocketConfig::default();
     settings.max_message_size = Some(MAX_MESSAGE_SIZE);
     settings.max_frame_size = Some(MAX_MESSAGE_SIZE);
-    // What does not go out at once waits in the kernel, or its sender does.
+    // Unsent data waits in the kernel, or its sender waits.
     settings.write_buffer_size = 0;
     let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
     let (sink, stream) = stream.split();

@@ -3,14 +3,14 @@
 //!
 //! The client says `{"take": "r2/wheels"}`, then `{"command": {"left": 1, "right": 1}, "sequence": 7}` at 20 Hz as long as a key
 //! is held, and `{"release": true}` when it is let go. It is answered how the gate stands. A command holds for 150 ms
-//! ([`Teleoperation::HOLD`]) and ends by the agent's own clock, whatever became of the key, the page, the computer or the network.
+//! ([`Teleoperation::COMMAND_DURATION`]) and ends by the agent's own clock, whatever became of the key, the page, the computer or the network.
 //! `{"stop": "reason"}` stops all actuators at once.
 
 use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
-use slate_runtime::{ControlsError, Mistake, Teleoperation};
+use slate_runtime::{ControlsError, ErrorCode, Teleoperation};
 
 use super::{ClientMessage, Listener, Sink, SocketClient, send_text};
 use slate_control::operations::gate;
@@ -69,7 +69,7 @@ fn handle(
     let sequence = request.sequence;
     let wrong = |problem| (sequence, problem);
     if let Some(name) = request.take {
-        // Nobody has two.
+        // A client has at most one.
         *controls = None;
         let taken = surface.agent.composer().take_controls(without_slash(&name), &client.who);
         let taken = taken.map_err(|error| {
@@ -78,14 +78,14 @@ fn handle(
                     Problem::not_found(error.to_string(), "GET /api/v1/actuators lists the actuators")
                 }
                 ControlsError::Taken { .. } => {
-                    let help = "who has them lets go with {\"leave\": true}; a stop needs no controls";
-                    Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(Mistake::Held)
+                    let help = "their holder releases them with {\"leave\": true}; a stop needs no controls";
+                    Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(ErrorCode::Held)
                 }
             })
         })?;
         let answer = json!({
             "taken": name,
-            "hold_ms": Teleoperation::HOLD.as_millis() as u64,
+            "hold_ms": Teleoperation::COMMAND_DURATION.as_millis() as u64,
             "interface": schema::of_interface(taken.descriptor()),
             "gate": gate(surface, &name),
             "sequence": sequence,
@@ -99,7 +99,7 @@ fn handle(
     }
     let Some(controls) = controls else {
         let problem =
-            Problem::new(StatusCode::CONFLICT, "you have no controls", "say {\"take\": \"ACTUATOR\"} first");
+            Problem::new(StatusCode::CONFLICT, "you have no controls", "send {\"take\": \"ACTUATOR\"} first");
         return Err(wrong(problem));
     };
     match (request.command, request.release) {
@@ -109,8 +109,8 @@ fn handle(
         }
         (None, Some(true)) => controls.release(),
         _ => {
-            let help = "say one of take, command, release, leave and stop";
-            return Err(wrong(Problem::bad("this says nothing", help)));
+            let help = "expected take, command, release, leave and stop";
+            return Err(wrong(Problem::bad("the message is empty", help)));
         }
     }
     Ok(json!({ "gate": gate(surface, controls.actuator()), "time": surface.now(), "sequence": sequence }))

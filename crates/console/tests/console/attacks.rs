@@ -94,7 +94,7 @@ fn no_attack_changes_anything() {
             format!("{} {}", operation["method"].as_str().unwrap(), operation["path"].as_str().unwrap())
         })
         .collect();
-    // Whoever adds an operation adds it here.
+    // A new operation must be added here.
     assert_eq!(listed.len(), 42, "{listed:?}");
     let mut attacks = 0;
     for (method, path, body, role) in changes(&run) {
@@ -158,7 +158,7 @@ fn no_attack_changes_anything() {
         refuse("foreign socket", upgrade.send(method, &path, None));
     }
     assert!(attacks > 260, "{attacks}");
-    // Not one of them has got through, and who may still may.
+    // No attack succeeded, and authorized callers still work.
     assert_eq!(state(&run), before);
     run.client("viewer").send("POST", "/stop", None).json();
 }
@@ -194,7 +194,7 @@ fn reads_need_a_token_and_foreign_pages_are_refused() {
 }
 
 #[test]
-fn guesses_are_slowed_down_and_no_reason_against_who_knows() {
+fn guessing_is_slowed_and_valid_tokens_still_work() {
     let run = Running::start("guesses");
     let guesser = Client::new(run.address(), &"0".repeat(64));
     let statuses: Vec<_> = (0..40).map(|_| guesser.send("GET", "/agent", None).status).collect();
@@ -203,7 +203,7 @@ fn guesses_are_slowed_down_and_no_reason_against_who_knows() {
 }
 
 #[test]
-fn connections_that_say_nothing_keep_nobody_out() {
+fn silent_connections_keep_no_other_out() {
     let run = Running::start("silent");
     let silent: Vec<_> = (0..200)
         .map(|_| {
@@ -235,7 +235,7 @@ fn stop_works_beside_requests_that_never_end() {
     let mut busy = Vec::new();
     let is_full = || run.client("viewer").send("GET", "/agent", None).status == 503;
     let fills = |_| {
-        // One whose request was not read yet made room for who asks.
+        // A connection without a request was closed for the new one.
         busy.extend(endless(&run, 64, "/api/v1/watch"));
         is_full()
     };

@@ -1,4 +1,4 @@
-//! A client that says what it is told to, right or wrong.
+//! Client that sends given bytes, right or wrong.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::Value as Json;
 
-/// Somebody who asks.
+/// Client of the console.
 #[derive(Clone)]
 pub struct Client {
     pub address: SocketAddr,
@@ -105,7 +105,7 @@ impl Client {
     /// Sends bytes, and reads an answer.
     pub fn raw(&self, bytes: &[u8]) -> Reply {
         let mut stream = self.connect();
-        // Who is refused early may be so before all is sent.
+        // A refusal may arrive before all is sent.
         let _ = stream.write_all(bytes);
         reply(&mut BufReader::new(stream))
     }

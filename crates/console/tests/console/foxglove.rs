@@ -105,7 +105,7 @@ fn the_foxglove_reader_reads_recordings_by_index_and_schema() {
     );
 }
 
-/// What a client is told of frames, with these modules.
+/// Frames that a client receives, with these modules.
 fn frames(name: &str, modules: &str, topics: &[&str]) -> Json {
     let agent = Running::start_with(name, &format!("{CONFIGURATION}\n[console]\nport = 0\n{modules}"));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/console/foxglove-frames.cjs");
@@ -120,7 +120,7 @@ fn frames(name: &str, modules: &str, topics: &[&str]) -> Json {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// The frames that are told, each with its only parent.
+/// The received frames, each with its only parent.
 fn parents(seen: &Json) -> BTreeMap<&str, &str> {
     let all = ["/tf", "/tf_static"].into_iter().flat_map(|topic| seen[topic].as_array().unwrap());
     let mut parents = BTreeMap::new();

@@ -46,7 +46,7 @@ fn one_at_a_time_has_a_lease_and_everybody_sees_who() {
     assert_eq!(holder(&run)["holder"], json!(null));
     operator.send("DELETE", &at, None).problem(404);
     operator.send("PUT", &at, None).problem(404);
-    // What is said many times a second is not in the log, and who has the controls is.
+    // Repeated commands are not logged, but the holder of the controls is.
     let lines = run.get("/log").text();
     assert!(
         lines.contains("takes the controls of wheel: operator at") && !lines.contains("PUT /api/v1/leases")
@@ -54,7 +54,7 @@ fn one_at_a_time_has_a_lease_and_everybody_sees_who() {
 }
 
 #[test]
-fn a_lease_that_nobody_renews_ends() {
+fn lease_ends_without_renewal() {
     let run = Running::start("forgotten");
     let operator = run.client("operator");
     let lease = operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();

@@ -1,4 +1,4 @@
-//! An agent that runs, and those who ask it over HTTP.
+//! A running agent and its HTTP clients.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

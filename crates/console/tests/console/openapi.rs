@@ -1,4 +1,4 @@
-//! Schemathesis, which is not ours, asks for whatever the document allows, and for what it does not.
+//! Schemathesis, which is not ours, requests whatever the document allows, and for what it does not.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +16,7 @@ fn schemathesis() -> PathBuf {
 }
 
 #[test]
-fn whatever_is_asked_is_answered_as_the_document_says() {
+fn every_request_is_answered_as_documented() {
     let program = schemathesis();
     let agent = Running::start("schemathesis");
     let document = Path::new(env!("CARGO_TARGET_TMPDIR")).join("openapi.json");

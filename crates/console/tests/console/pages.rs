@@ -41,7 +41,7 @@ fn a_browser_gets_the_page_without_a_token_and_caches_it() {
 }
 
 #[test]
-fn who_reads_gzip_gets_the_same_files_smaller() {
+fn gzip_gives_same_files_in_fewer_bytes() {
     let run = Running::start("gzip");
     let plain = browse(&run, "/theme.css", "");
     assert_eq!((plain.header("content-encoding"), plain.header("vary")), ("", "accept-encoding"));

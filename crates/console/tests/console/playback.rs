@@ -1,4 +1,4 @@
-//! A recording that is played, with somebody at its controls.
+//! Playback of a recording, controlled by a client.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ fn recorded() -> PathBuf {
     file
 }
 
-/// Ends a playback, also when what is asked of it is not so.
+/// Ends a playback, also after a failed assertion.
 struct End<'a>(&'a AtomicBool);
 
 impl Drop for End<'_> {
@@ -100,7 +100,7 @@ fn a_playback_is_paused_stepped_sought_and_looped_on_request() {
             assert_eq!(order("pause", json!(null)).json()["rate"], json!(null));
             assert_eq!(order("rate", json!({ "factor": 2.0 })).json()["rate"], 2.0);
             assert_eq!(order("loop", json!({ "section": null })).json()["section"], json!(null));
-            // What makes no sense is refused, and so is who may only look.
+            // Invalid requests are refused, and so are viewers.
             assert!(order("seek", json!({ "time": 491 * MS })).problem(409).contains("0.490 s"));
             assert!(order("rate", json!({ "factor": -1.0 })).problem(409).contains("positive factor"));
             assert!(order("step", json!({ "cycles": 0 })).problem(422).contains("1000000"));
@@ -112,7 +112,7 @@ fn a_playback_is_paused_stepped_sought_and_looped_on_request() {
     });
 }
 
-/// A recording of somebody else: so many texts, and no more than three times.
+/// A foreign recording with a number of texts at three times.
 fn at_three_times(count: u64) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("console-three-times.mcap");
     let header = Header { profile: "ros2".into(), library: "somebody".into() };

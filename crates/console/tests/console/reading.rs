@@ -36,7 +36,7 @@ fn parts_of_a_value_are_selected_by_pointer_and_path() {
 }
 
 #[test]
-fn what_is_not_there_is_told_with_what_is_meant() {
+fn missing_name_is_reported_with_suggestion() {
     let run = Running::start("missing");
     assert!(run.get(&run.at("sensor/cont")).problem(404).contains("sensor/count"));
     assert!(run.get(&run.at("sensor/place/z")).problem(422).contains('x'));
@@ -116,7 +116,7 @@ fn a_queue_is_read_from_where_one_was() {
 }
 
 #[test]
-fn what_there_is_is_listed() {
+fn existing_items_are_listed() {
     let run = Running::start("lists");
     let found = run.get("/properties?pattern=sensor/*&values").json();
     let paths: Vec<_> =
@@ -185,7 +185,7 @@ fn every_operation_is_in_the_document() {
 }
 
 #[test]
-fn who_marks_a_moment_finds_it_in_the_log() {
+fn marks_are_in_the_log() {
     let run = Running::start("mark");
     let operator = run.client("operator");
     operator.send("POST", "/log", Some(&json!({ "text": "it slips" }))).json();
@@ -203,7 +203,7 @@ fn who_marks_a_moment_finds_it_in_the_log() {
 }
 
 #[test]
-fn what_a_thread_takes_of_a_processor_is_told() {
+fn processor_time_of_threads_is_reported() {
     let run = Running::start("threads");
     let busy = || {
         let threads = run.get("/threads").json();

@@ -1,4 +1,4 @@
-//! What is recorded of an agent, begun and ended by who asks, and its last seconds.
+//! Recordings started and stopped by clients, and the flight recorder.
 
 use std::io::{BufReader, Write};
 
@@ -155,7 +155,7 @@ fn answer_of_the_past_is_bounded_and_says_where_to_continue() {
 }
 
 #[test]
-fn what_the_last_seconds_leave_out_is_said_with_the_reason() {
+fn omissions_of_flight_recorder_have_reason() {
     let text = "[record]\nexclude = [\"/sensor/place\"]\n[record.flight]\nlargest = \"1KiB\"";
     let run = Running::start_with("flight-largest", &format!("{CONFIGURATION}\n[console]\nport = 0\n{text}"));
     let ask = |path: &str| run.get(&format!("/history/{}/{path}", run.name()));

@@ -175,7 +175,7 @@ fn controls_end_with_the_connection_that_took_them() {
 }
 
 #[test]
-fn callers_that_wait_keep_nobody_from_stopping_or_looking() {
+fn waiting_callers_prevent_no_stop_and_no_query() {
     let run = Running::start("remote-crowd");
     let crowd: Vec<_> = (0..20)
         .map(|_| {

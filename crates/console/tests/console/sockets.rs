@@ -1,4 +1,4 @@
-//! WebSockets: live values, and a person who drives.
+//! WebSockets: live values, and teleoperation.
 
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
@@ -44,7 +44,7 @@ impl Socket {
         self.0.send(Message::Text(value.to_string().into())).unwrap();
     }
 
-    pub fn hear(&mut self) -> Json {
+    pub fn receive(&mut self) -> Json {
         loop {
             if let Message::Text(text) = self.0.read().unwrap() {
                 return serde_json::from_str(&text).unwrap();
@@ -54,7 +54,7 @@ impl Socket {
 
     pub fn ask(&mut self, value: &Json) -> Json {
         self.say(value);
-        self.hear()
+        self.receive()
     }
 }
 
@@ -68,9 +68,9 @@ fn many_values_come_over_one_socket() {
         { "id": 3, "url": "/sensor/count", "form": "binary", "rate": 50 },
         { "id": 4, "url": "/sensor/nothing" },
     ] }));
-    assert_eq!((&socket.hear()["interface"], &socket.hear()["id"]), (&json!("Speed"), &json!(2)));
-    assert_eq!(socket.hear()["id"], 3);
-    let refused = socket.hear();
+    assert_eq!((&socket.receive()["interface"], &socket.receive()["id"]), (&json!("Speed"), &json!(2)));
+    assert_eq!(socket.receive()["id"], 3);
+    let refused = socket.receive();
     assert_eq!((&refused["id"], &refused["problem"]["status"]), (&json!(4), &json!(404)));
     let (mut sequences, mut places, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
     while sequences.len() < 10 || places.is_empty() || speeds.len() < 3 {
@@ -95,11 +95,11 @@ fn many_values_come_over_one_socket() {
     assert!(speeds.is_sorted_by(|a, b| a < b), "{speeds:?}");
     socket.say(&json!({ "unsubscribe": [1, 2, 3] }));
     socket.say(&json!({ "sing": true }));
-    while socket.hear().get("problem").is_none() {}
+    while socket.receive().get("problem").is_none() {}
 }
 
 #[test]
-fn a_socket_is_opened_by_those_who_may() {
+fn socket_admits_permitted_users_only() {
     let run = Running::start("handshake");
     let path = "/api/v1/live";
     let bearer = format!("Bearer {}", run.token("viewer"));
@@ -275,7 +275,7 @@ fn foxglove_command_that_lacks_a_field_is_refused() {
     socket.say(&json!({ "op": "advertise", "channels": [channel] }));
     socket.0.send(Message::Binary([&[1, 1, 0, 0, 0][..], b"{}"].concat().into())).unwrap();
     let said = loop {
-        let message = socket.hear();
+        let message = socket.receive();
         if message["op"] == "status" {
             break message;
         }

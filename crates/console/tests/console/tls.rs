@@ -1,4 +1,4 @@
-//! What others reach is encrypted, and asks for secrets of the owner's choice.
+//! What others reach is encrypted, and requests secrets of the owner's choice.
 
 use std::io::{BufReader, Write};
 use std::net::TcpStream;
@@ -55,7 +55,7 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
     stream.write_all(format!("{head}Connection: close\r\n\r\n").as_bytes()).unwrap();
     let agent = reply(&mut BufReader::new(stream)).json();
     assert_eq!((&agent["role"], &agent["name"]), (&"operator".into(), &run.name().into()));
-    // Who speaks without it hears nothing.
+    // A client without TLS gets no answer.
     assert_eq!(Client::new(run.address(), secret).send("GET", "/agent", None).status, 0);
 }
 
@@ -67,7 +67,7 @@ fn the_link_uses_a_name_that_the_certificate_has() {
     for (number, (held, said, wanted)) in [
         (&["robot.local"][..], "", "robot.local"),
         (&["robot.local", "127.0.0.1"], "", "127.0.0.1"),
-        // Nobody else reaches it.
+        // No other caller reaches it.
         (&["robot.local", "localhost"], "names = [\"robot.local\"]", "localhost"),
         (&["arm.local", "robot.local"], "names = [\"robot.local\"]", "robot.local"),
         (&["*.lab.local"], "names = [\"robot.lab.local\"]", "robot.lab.local"),
@@ -96,7 +96,7 @@ fn the_link_uses_a_name_that_the_certificate_has() {
         let lines: Vec<_> = log.iter().map(|(line, _)| serde_json::to_string(line).unwrap()).collect();
         let is_warned = lines.iter().any(|line| line.contains("the console's certificate holds no name"));
         assert_eq!(is_warned, wanted == "127.0.0.1" && held.len() == 1, "{lines:?}");
-        // Whoever follows the link is let in by that name.
+        // The link admits its user by that name.
         let mut roots = RootCertStore::empty();
         roots.add(CertificateDer::from(made.cert.der().to_vec())).unwrap();
         let provider = Arc::new(rustls::crypto::ring::default_provider());

@@ -1,4 +1,4 @@
-//! What can be changed, by whom, and on which condition.
+//! Changes: the required role and conditions.
 
 use serde_json::{Value as Json, json};
 
@@ -99,7 +99,7 @@ fn a_dry_run_changes_nothing_and_says_whether_it_could() {
 }
 
 #[test]
-fn of_two_who_have_seen_one_version_one_changes_it() {
+fn of_two_clients_with_one_version_one_changes_it() {
     let run = Running::start("version");
     let developer = run.client("developer");
     let at = run.at("sensor/params/step");
@@ -133,7 +133,7 @@ fn an_input_without_a_link_takes_a_goal_of_an_operator() {
 }
 
 #[test]
-fn what_a_module_writes_is_set_by_nobody_else() {
+fn written_property_is_set_by_no_client() {
     let run = Running::start("outputs");
     let developer = run.client("developer");
     let refused = developer.send("PUT", &run.at("sensor/count/value"), Some(&json!(0.0)));
@@ -180,7 +180,7 @@ fn a_message_that_is_refused_is_so_in_the_words_of_the_module() {
 }
 
 #[test]
-fn a_refusal_is_told_with_status_200_to_whoever_prefers_that() {
+fn refusal_has_status_200_on_request() {
     let run = Running::start("verdict");
     let (viewer, operator) = (run.client("viewer"), run.client("operator"));
     let asks = |client: &Client, value: Json| {
@@ -191,11 +191,11 @@ fn a_refusal_is_told_with_status_200_to_whoever_prefers_that() {
         assert_eq!((answer.status, answer.header("preference-applied")), (200, "refusal=200"));
         assert_eq!(answer.header("content-type"), "application/problem+json");
         assert_eq!(answer.json()["status"], status);
-        // A program that says nothing is told by the status.
+        // A program without preference gets the status code.
         operator.send("POST", &run.at("driver/notes"), Some(&value)).problem(status);
     }
     assert_eq!(asks(&operator, json!({ "value": 4.0 })).json()["status"], "done");
-    // Who may not is no verdict on what is asked.
+    // A missing right does not judge the request.
     asks(&viewer, json!({ "value": 4.0 })).problem(403);
 }
 
@@ -285,7 +285,7 @@ fn modules_links_and_levels_change_while_it_runs() {
             .contains("loop")
     );
     assert!(developer.send("DELETE", "/plugins/nothing", None).problem(404).contains("nothing"));
-    // Who has done it is in the log.
+    // The log names the caller.
     let lines = run.get("/log").text();
     assert!(
         lines.contains("developer at 127.0.0.1") && lines.contains("PUT /api/v1/links/driver/goal is done"),

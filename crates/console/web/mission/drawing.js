@@ -27,7 +27,7 @@ const row = (node, item) => html`<rect class="body" y="-10" width=${node.width} 
 
 const SHAPES = { PLACE: place, TRANSITION: transition, STATE: state };
 
-/** What an element is and does, for those who do not see it. */
+/** Text alternative of an element, for screen readers. */
 const spoken = (node, item) => [node.kind === "PLACE" && item ? `${item.count} ${item.count === 1 ? "token" : "tokens"}` : item && word(item.status), item?.text].filter(Boolean).join(", ");
 
 /** The drawing with the items of an activity, by their elements. */

@@ -97,7 +97,7 @@ function Relink({ input, from, sources, done, isAllowed }) {
 function Edge({ edge, rates, change, close }) {
   // A message has no value that stays.
   const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
-  const told = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
+  const linkDetails = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
     <button class="output" title="Show in the Inspector panel" onClick=${() => select(sends ? to : source)}><span>${sends ? `${source} sends to` : "from"}</span><span class="number">/${sends ? to : source}</span></button>
     ${!sends && html`<button class="output" onClick=${() => change(to, from)} disabled=${edge.isGate}><span>to</span><span class="number">${to}</span></button>`}
     <dl>
@@ -107,7 +107,7 @@ function Edge({ edge, rates, change, close }) {
       ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "evicted: the reader fell behind"}</${Field}>`}
     </dl></section>`);
   return html`<section class="links" aria-label=${`Links from ${edge.from} to ${edge.to}`}>
-    <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${told(edge.links)}</section>`;
+    <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${linkDetails(edge.links)}</section>`;
 }
 
 function Panel({ options, setOptions }) {

@@ -86,7 +86,7 @@ function Panel({ options, setOptions }) {
     state.dirty = true;
   };
   useEffect(() => {
-    // What was watched before goes on.
+    // Earlier subscriptions continue.
     for (const [path, end] of state.ends) {
       if (watched.has(path)) continue;
       end();

@@ -110,7 +110,7 @@ function Mission({ module, name, graph, activity }) {
     <div class="bar-of-tools" role="toolbar" aria-label="Mission of ${name}">
       <b>${graph.name}</b><span class="muted">${NOTATIONS[graph.notation]}</span><span class="chip mission-state" data-state=${state}>${word(state)}</span>
       <span class="grow"></span>
-      <button disabled=${Boolean(refused)} title=${refused || (isPaused ? "The mission goes on" : "The mission makes no more steps; an action that runs goes on to its end")} onClick=${() => order(isPaused ? "RESUME" : "PAUSE")}>${isPaused ? "Resume" : "Pause"}</button>
+      <button disabled=${Boolean(refused)} title=${refused || (isPaused ? "The mission continues" : "The mission makes no more steps; an action that runs goes on to its end")} onClick=${() => order(isPaused ? "RESUME" : "PAUSE")}>${isPaused ? "Resume" : "Pause"}</button>
       <button disabled=${Boolean(refused) || !isPaused} title=${refused || (isPaused ? "One step" : "Pause the mission first")} onClick=${() => order("STEP")}>Step</button>
     </div>
     ${activity.reason && html`<p class="mission-reason muted">${activity.reason}</p>`}

@@ -2,7 +2,7 @@
 import { Dialog } from "/dialog.js";
 import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useRef, useResource, useState } from "/slate.js";
 
-/** A decimal number as people write it: with comma or point, a minus sign, a unit behind it; null if it is none. */
+/** A decimal number as people write it: with comma or point, a minus sign, a unit behind it; null for other text. */
 function numberOf(text, unit) {
   const bare = text.trim();
   const digits = (unit && bare.endsWith(unit) ? bare.slice(0, -unit.length) : bare).trim().replace(",", ".").replace("−", "-");
@@ -67,7 +67,7 @@ function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
 
 const nameOf = (path) => path.replace(/^modules\./, "").replaceAll('"', "");
 
-/** The changes to revert, whoever made them: a goal among them moves the robot. */
+/** The changes to revert, by any client: a goal among them moves the robot. */
 function Revert({ differences, revert, close }) {
   return html`<${Dialog} label="Revert" kind="revert" close=${close}>
     <h2>Revert unsaved changes</h2>
@@ -78,7 +78,7 @@ function Revert({ differences, revert, close }) {
   </${Dialog}>`;
 }
 
-/** The changes to save, whoever made them, and their files; or the reason of a refusal. */
+/** The changes to save, by any client, and their files; or the reason of a refusal. */
 function Save({ differences, save, close }) {
   const [files, setFiles] = useState(null);
   const [problem, setProblem] = useState(null);
@@ -111,7 +111,7 @@ function Panel({ options, setOptions }) {
   const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
   const differences = useResource("/settings/differences", 3) ?? [];
   const known = useResource("/parameters", 10) ?? [];
-  const told = useMemo(() => new Map(known.map((parameter) => [`${parameter.module} ${parameter.name}`, parameter])), [known]);
+  const byName = useMemo(() => new Map(known.map((parameter) => [`${parameter.module} ${parameter.name}`, parameter])), [known]);
   const [text, setText] = useState("");
   // Changes that can be undone, the last one at the end; the rendered count may lag.
   const undone = useRef([]);
@@ -180,7 +180,7 @@ function Panel({ options, setOptions }) {
         ${fields.map((leaf) => {
           const value = part(readings[path]?.value, leaf.pointer);
           const difference = changed.get(`modules.${module}.params.${leaf.name}`);
-          const own = told.get(`${module} ${leaf.name}`);
+          const own = byName.get(`${module} ${leaf.name}`);
           const file = difference && (difference.file ?? difference.default ?? "not set");
           return html`<${Parameter} key=${leaf.pointer} module=${module} leaf=${{ ...leaf, path, range: own?.range }} value=${value} file=${file} isAllowed=${isAllowed || (agent?.role === "operator" && own?.operable === true)} set=${set(path, leaf, value)} fail=${setProblem} />`;
         })}</section>`)}

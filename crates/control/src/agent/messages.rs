@@ -11,7 +11,7 @@ use slate_blackboard::{BoardError, Carrier, Property};
 use super::properties::PropertyDirectory;
 use super::refusal::{Done, KNOWN, refusal, result};
 use crate::entries::Refusal;
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 /// Timeout for the outcome of a message.
 const OUTCOME_TIMEOUT: Duration = Duration::from_secs(1);
@@ -75,7 +75,7 @@ impl MessageSender {
             None => {
                 let message = format!("/{path} refuses the message, with code {code}");
                 let interface = property.descriptor().name;
-                refusal(message, &format!("the interface {interface} says what the code means"))
+                refusal(message, &format!("the interface {interface} defines the code"))
             }
         }
     }
@@ -98,33 +98,33 @@ impl MessageSender {
     /// The outcome is `done` or `accepted`; in a dry run `fits`.
     pub fn send(&self, url: &str, value: &Json, dry_run: bool) -> Done {
         if self.properties.remote.of(url).is_some() {
-            let message = Mistake::OtherAgent.of(format!("{url} is of another agent"));
+            let message = ErrorCode::OtherAgent.of(format!("{url} is of another agent"));
             return Err(refusal(message, "ask that agent itself, with --agent"));
         }
         let path = self.properties.path_of(url)?;
         let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
         let (property, field) = self.properties.board().find(&path).map_err(unknown)?;
         let Carrier::Mailbox(mailbox) = property.carrier() else {
-            let message = Mistake::Value.of(format!("/{} takes no messages", property.path()));
+            let message = ErrorCode::Value.of(format!("/{} takes no messages", property.path()));
             return Err(refusal(
                 message,
                 "`slate set` sets what can be set; `slate list` shows what there is",
             ));
         };
         if !field.is_empty() {
-            let message = Mistake::Name.of(format!("/{path} is a part of a message"));
+            let message = ErrorCode::Name.of(format!("/{path} is a part of a message"));
             return Err(refusal(message, "send the whole one"));
         }
         if let Some(sender) = sender_block(&property.part()) {
             let message = format!("/{} takes messages of {sender} alone", property.path());
-            return Err(refusal(Mistake::Attachment.of(message), SENDER_HELP));
+            return Err(refusal(ErrorCode::Attachment.of(message), SENDER_HELP));
         }
         let descriptor = property.descriptor();
         let missing = missing_fields(descriptor, |name| value.get(name).is_some());
         let shape = mailbox.shape();
         let mut bytes = vec![0; shape.bytes(shape.capacity)];
         let help = format!("a message is a {}, with all its fields", descriptor.name);
-        let no_value = |error: serde_json::Error| refusal(Mistake::Value.of(error.to_string()), &help);
+        let no_value = |error: serde_json::Error| refusal(ErrorCode::Value.of(error.to_string()), &help);
         let value: Value = serde_json::from_value(value.clone()).map_err(no_value)?;
         let wrong = |error| {
             let message = Message::from(&BoardError::Access { url: format!("/{path}"), error });
@@ -132,7 +132,7 @@ impl MessageSender {
         };
         let items = interface::edit(descriptor, &mut bytes, 0, "", &value).map_err(wrong)?;
         if !missing.is_empty() {
-            let message = Mistake::Value.of(format!("the message lacks {}", missing.join(", ")));
+            let message = ErrorCode::Value.of(format!("the message lacks {}", missing.join(", ")));
             return Err(refusal(message, &help));
         }
         if dry_run {

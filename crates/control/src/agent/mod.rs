@@ -18,7 +18,7 @@ use slate_runtime::configuration::{Configuration, Database};
 use slate_runtime::playback::Order;
 use slate_runtime::recording::{self, RecordingControl};
 use slate_runtime::snapshot::Snapshot;
-use slate_runtime::{Agent, Composer, ControlsHolder, Loaded, Mistake, NewLink, Reload};
+use slate_runtime::{Agent, Composer, ControlsHolder, ErrorCode, Loaded, NewLink, Reload};
 
 use crate::entries::{
     EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
@@ -41,7 +41,7 @@ use values::ValueWatch;
 /// Content of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RecordingWish {
+pub struct RecordingRequest {
     /// Patterns of the properties, such as `/r2/**`; empty for all.
     #[serde(default)]
     pub select: Vec<String>,
@@ -192,7 +192,7 @@ impl AgentControl {
     }
 
     /// Begins to record into a file that does not exist yet.
-    pub fn start_recording(&self, file: &Path, what: &RecordingWish) -> Done {
+    pub fn start_recording(&self, file: &Path, what: &RecordingRequest) -> Done {
         let selection = recording::selection(&what.select, &what.exclude, what.rate, what.on_change)?;
         result(self.recordings()?.start(&self.composer, absolute(file)?, &selection)?)
     }
@@ -334,13 +334,13 @@ impl AgentControl {
             return Err(unknown("module", name, &names, "see the list of modules"));
         };
         if !on && self.composer.is_time_source(name) {
-            let message = Mistake::TimeSource
+            let message = ErrorCode::TimeSource
                 .of(format!("`{name}` is the time source, and without it the world stands still"));
             return Err(refusal(message, "end the agent instead"));
         }
         let switch = format!("{name}/enabled");
         if let Some(link) = self.composer.links().into_iter().find(|link| link.to == switch) {
-            let message = Mistake::Linked.of(format!("`{name}` is switched by a link, from {}", link.from));
+            let message = ErrorCode::Linked.of(format!("`{name}` is switched by a link, from {}", link.from));
             return Err(refusal(message, &format!("take the link away first: slate unlink {switch}")));
         }
         let has_failed = on && module.condition == "FAULTED";

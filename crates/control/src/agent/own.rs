@@ -1,6 +1,6 @@
-//! URLs that name the agent as it is reached.
+//! URLs that name the agent by its address.
 
-/// Returns the path of a URL that names the agent as it is reached.
+/// Returns the path of a URL that names the agent by its address.
 /// Such as `slate://exp1-2/loop/state` of the second `exp1`, which calls itself by the name of the first; any other URL
 /// unchanged.
 pub(crate) fn own_url(url: &str, name: &str) -> String {

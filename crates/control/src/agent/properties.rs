@@ -10,7 +10,7 @@ use super::remote::{self, RemoteAgents};
 use crate::entries::{PropertyEntry, Refusal};
 use slate_runtime::Composer;
 use slate_runtime::sharing::{RemotePath, TEAM};
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 /// Properties of an agent, and through it those of others.
 #[derive(Clone)]
@@ -50,7 +50,7 @@ impl PropertyDirectory {
         };
         let pattern = pattern.map(|pattern| Pattern::parse(&here(pattern))).transpose();
         let pattern = pattern.map_err(|error| {
-            refusal(Mistake::Value.of(error.to_string()), "such as /r2/planner/* or /**/timing")
+            refusal(ErrorCode::Value.of(error.to_string()), "such as /r2/planner/* or /**/timing")
         })?;
         let entry = |property: &Arc<Property>| PropertyEntry {
             path: property.path().into(),
@@ -132,7 +132,7 @@ impl PropertyDirectory {
             && property.access() == Access::Messages
         {
             let message =
-                Mistake::Messages.of(format!("/{} takes messages, and has no value", property.path()));
+                ErrorCode::Messages.of(format!("/{} takes messages, and has no value", property.path()));
             return Err(refusal(message, KNOWN));
         }
         Ok(path)
@@ -140,7 +140,8 @@ impl PropertyDirectory {
 }
 
 fn parse(url: &str) -> Result<Url, Refusal> {
-    Url::parse(url).map_err(|error| refusal(Mistake::Value.of(error.to_string()), "such as /module/property"))
+    Url::parse(url)
+        .map_err(|error| refusal(ErrorCode::Value.of(error.to_string()), "such as /module/property"))
 }
 
 /// Returns the path on the board.

@@ -7,7 +7,7 @@ use slate_blackboard::{BoardError, Stamp, interface};
 use slate_runtime::configuration::{Diagnostic, Report};
 use slate_runtime::recording::RecordingRefusal;
 use slate_runtime::snapshot::SnapshotError;
-use slate_runtime::{ControlsError, Message, Mistake, PluginError};
+use slate_runtime::{ControlsError, ErrorCode, Message, PluginError};
 
 use crate::entries::{Reading, Refusal};
 
@@ -41,12 +41,12 @@ pub(crate) fn no_recorder() -> Refusal {
 }
 
 pub(crate) fn refusal(message: impl Into<Message>, help: &str) -> Refusal {
-    let Message { text, mistake } = message.into();
-    Refusal { message: text, help: help.into(), code: code(mistake), report: None }
+    let Message { text, error_code } = message.into();
+    Refusal { message: text, help: help.into(), code: code(error_code), report: None }
 }
 
-fn code(mistake: Option<Mistake>) -> Option<String> {
-    mistake.map(|mistake| mistake.code().to_owned())
+fn code(error_code: Option<ErrorCode>) -> Option<String> {
+    error_code.map(|error_code| error_code.code().to_owned())
 }
 
 /// Creates the refusal of an unknown name.
@@ -54,7 +54,7 @@ fn code(mistake: Option<Mistake>) -> Option<String> {
 pub(super) fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
     let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
     let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
-    refusal(Mistake::Name.of(format!("no {what} is called `{name}`")), &help)
+    refusal(ErrorCode::Name.of(format!("no {what} is called `{name}`")), &help)
 }
 
 impl From<Report> for Refusal {
@@ -71,7 +71,7 @@ impl From<Report> for Refusal {
         };
         let is_written = diagnostics.iter().any(Diagnostic::is_written);
         let report_text = is_written.then(|| report.render(false));
-        Self { message, help, code: code(report.mistake()), report: report_text }
+        Self { message, help, code: code(report.error_code()), report: report_text }
     }
 }
 
@@ -81,7 +81,7 @@ impl From<PluginError> for Refusal {
             PluginError::Unfit(report) => report.into(),
             other => {
                 let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
-                let message = Message { text: other.to_string(), mistake: other.mistake() };
+                let message = Message { text: other.to_string(), error_code: other.error_code() };
                 refusal(message, &help.unwrap_or_default())
             }
         }
@@ -90,13 +90,13 @@ impl From<PluginError> for Refusal {
 
 impl From<ControlsError> for Refusal {
     fn from(error: ControlsError) -> Self {
-        let (mistake, help) = match &error {
-            ControlsError::Unknown { .. } => (Mistake::Name, "name one of them"),
+        let (error_code, help) = match &error {
+            ControlsError::Unknown { .. } => (ErrorCode::Name, "name one of them"),
             ControlsError::Taken { .. } => {
-                (Mistake::Held, "wait until they are given back; `slate api GET /leases` shows who has which")
+                (ErrorCode::Held, "wait until they are released; `slate api GET /leases` shows the holders")
             }
         };
-        refusal(mistake.of(error.to_string()), help)
+        refusal(error_code.of(error.to_string()), help)
     }
 }
 

@@ -14,7 +14,7 @@ use slate_runtime::directory::agents;
 use slate_runtime::replacement::Replacement;
 use slate_runtime::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
 use slate_runtime::{Composer, NewLink, RemoteEnd};
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 /// Timeout for an answer of the other agent.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
@@ -63,8 +63,8 @@ impl RemoteAgents {
         let value = property.value(field);
         let value = value.map_err(|error| {
             let text = format!("slate://{agent}/{}: {error}", property.path);
-            let mistake = matches!(error, Unread::Field(_)).then_some(Mistake::Name);
-            refusal(Message { text, mistake }, &list_help(agent))
+            let error_code = matches!(error, Unread::Field(_)).then_some(ErrorCode::Name);
+            refusal(Message { text, error_code }, &list_help(agent))
         })?;
         result(value.map(reading))
     }
@@ -80,7 +80,7 @@ impl RemoteAgents {
         let ends = path.rmatch_indices('/').map(|(end, _)| end);
         for end in [path.len()].into_iter().chain(ends) {
             let (property, field) = (&path[..end], path[end..].trim_start_matches('/'));
-            if let Some(property) = self.ask(agent, property, values)?.into_iter().next() {
+            if let Some(property) = self.query(agent, property, values)?.into_iter().next() {
                 return Ok(Some((property, field)));
             }
         }
@@ -98,14 +98,14 @@ impl RemoteAgents {
         let wanted = RemotePath { agent: agent.into(), path: path.into() };
         let fits = |path: &str, descriptor, takes_messages| {
             let property = RemoteEnd { path, descriptor, takes_messages };
-            match self.composer.misfit(link, wanted.clone(), &property).map_err(Refusal::from)? {
+            match self.composer.mismatch(link, wanted.clone(), &property).map_err(Refusal::from)? {
                 Some((message, help)) => Err(refusal(message, &help)),
                 None => Ok(()),
             }
         };
         let missing = |message: String| {
             let help = "the link can be made, and waits until that is there";
-            Err(refusal(Mistake::Name.of(message), help))
+            Err(refusal(ErrorCode::Name.of(message), help))
         };
         if agent == TEAM {
             // The state of the team is local.
@@ -125,7 +125,7 @@ impl RemoteAgents {
             // An absent agent may start later, unless its name is a misspelt known one.
             Err(_) => match self.nearest_agents(agent) {
                 near if near.is_empty() => Ok(()),
-                near => missing(format!("no agent `{agent}` is known here; nearest: {}", near.join(", "))),
+                near => missing(format!("no agent `{agent}` is known; nearest: {}", near.join(", "))),
             },
         }
     }
@@ -170,7 +170,7 @@ impl RemoteAgents {
         pattern: &str,
         values: bool,
     ) -> Result<Vec<RemoteProperty>, Refusal> {
-        let found = self.ask(agent, pattern, values)?;
+        let found = self.query(agent, pattern, values)?;
         if !found.is_empty() {
             return Ok(found);
         }
@@ -178,22 +178,22 @@ impl RemoteAgents {
         Err(self.unknown_property(agent, &beginning.join("/")))
     }
 
-    fn ask(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
+    fn query(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
         // An invalid pattern would match nothing at the other agent.
         slate_blackboard::Pattern::parse(pattern).map_err(|error| {
             refusal(error.to_string(), "such as slate://robot/planner/* or slate://robot/**")
         })?;
         let inspection = self.composer.inspection().ok_or_else(|| {
-            let message = format!("this agent shares nothing, so it knows no agent `{agent}`");
+            let message = format!("this agent has no sharing, so it knows no agent `{agent}`");
             refusal(message, "give it a [share] table, or ask the other agent itself with --agent")
         })?;
-        let known = "`slate peers` shows the agents that this one knows, and why they are not there";
+        let known = "`slate peers` shows the known agents, and why one is not connected";
         inspection.list(agent, pattern, values, ANSWER_TIMEOUT).map_err(|reason| refusal(reason, known))
     }
 
     /// Creates the refusal of an unknown property.
     fn unknown_property(&self, agent: &str, path: &str) -> Refusal {
-        let all = self.ask(agent, "**", false).unwrap_or_default();
+        let all = self.query(agent, "**", false).unwrap_or_default();
         let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
         let modules = || -> BTreeSet<&str> {
             all.iter().filter_map(|property| property.path.split('/').next()).take(100).collect()
@@ -201,9 +201,9 @@ impl RemoteAgents {
         let near = match (near.is_empty(), modules()) {
             (false, _) => format!("; nearest: {}", near.join(", ")),
             (true, modules) if modules.is_empty() => String::new(),
-            (true, modules) => format!("; there are: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
+            (true, modules) => format!("; available: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
         };
-        refusal(Mistake::Name.of(format!("no property at slate://{agent}/{path}{near}")), &list_help(agent))
+        refusal(ErrorCode::Name.of(format!("no property at slate://{agent}/{path}{near}")), &list_help(agent))
     }
 }
 

@@ -5,7 +5,7 @@ use slate_blackboard::{interface, nearest_paths};
 use super::refusal::{Done, refusal, result};
 use crate::entries::{Refusal, SavedSettings, SettingChange, SettingDifference, SettingEntry};
 use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
-use slate_runtime::{Composer, Mistake};
+use slate_runtime::{Composer, ErrorCode};
 
 /// Configuration of an agent, which may change while it runs.
 #[derive(Clone)]
@@ -73,7 +73,7 @@ impl ConfigurationControl {
     /// Changes that can be made.
     fn proposal(&self, changes: &[(String, String)]) -> Result<Proposal, Refusal> {
         let database = self.database()?;
-        let proposal = database.propose(changes).and_then(|proposal| self.composer.judged(proposal));
+        let proposal = database.propose(changes).and_then(|proposal| self.composer.checked(proposal));
         proposal.map_err(|report| match self.loaded_by_hand(database, changes) {
             Some(module) => refusal(
                 format!(
@@ -122,7 +122,7 @@ impl ConfigurationControl {
         modules.filter(|module| !is_known(module)).find(is_named)
     }
 
-    /// Returns the mistakes in files that were edited and are refused.
+    /// Returns the errors in files that were edited and are refused.
     pub fn refused_edit(&self) -> Done {
         result(self.database()?.refused_edit().map(Refusal::from))
     }
@@ -176,5 +176,5 @@ fn no_setting(database: &Database, path: &str) -> Refusal {
         true => "`config get` without a path lists all".into(),
         false => format!("did you mean {}?", near.join(" or ")),
     };
-    refusal(Mistake::Name.of(format!("no setting at `{path}` or below it")), &help)
+    refusal(ErrorCode::Name.of(format!("no setting at `{path}` or below it")), &help)
 }

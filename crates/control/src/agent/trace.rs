@@ -79,7 +79,8 @@ impl ToolTrace {
         if let Self::UnderWay { recording, file, composer } = self {
             drop(recording);
             let file = slate_runtime::printable(&file);
-            composer.say(&format!("a tool is gone before the end of its trace {file}, which is thrown away"));
+            composer
+                .say(&format!("a tool disconnected before the end of its trace {file}, which is discarded"));
         }
     }
 

@@ -10,7 +10,7 @@ use slate_blackboard::{BoardError, Property, Watching, interface};
 use super::properties::PropertyDirectory;
 use super::refusal::{Done, KNOWN, reading, refusal, result};
 use crate::entries::{RateMeasurement, Reading, Refusal, Spread, ValueUpdate, Watched};
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 /// Maximum duration of a call that looks for values.
 /// It is less than tools wait for an answer.
@@ -120,7 +120,7 @@ impl ValueWatch {
                 }
                 WatchTarget::Remote { agent, .. } => {
                     return Err(refusal(
-                        Mistake::OtherAgent.of(format!(
+                        ErrorCode::OtherAgent.of(format!(
                             "{url} is of another agent, and values are measured where they are written"
                         )),
                         &format!("ask that agent itself: slate stat {url} --agent {agent}"),

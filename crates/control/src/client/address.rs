@@ -145,7 +145,7 @@ mod tests {
     proptest! {
         /// Property: an accepted address has no characters that end a line of a request.
         #[test]
-        fn what_is_no_address_is_refused(text in "(http|https)://[ -~\\r\\n]{0,20}") {
+        fn invalid_address_is_refused(text in "(http|https)://[ -~\\r\\n]{0,20}") {
             if let Ok(address) = text.parse::<Address>() {
                 let again: Address = address.to_string().parse().unwrap();
                 prop_assert_eq!(&again, &address);

@@ -10,7 +10,7 @@ use slate_runtime::playback::{Order, PlaybackStatus};
 use slate_runtime::recording::{RecordingEntry, RecordingStatus, SavedFlight};
 
 use super::{Client, ClientError, percent_encoded};
-use crate::agent::{PeerList, RecordingWish};
+use crate::agent::{PeerList, RecordingRequest};
 use crate::entries::{
     ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
     PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry, SavedSettings,
@@ -44,7 +44,7 @@ fn url_path(own: &str, url: &str) -> String {
 }
 
 /// Their errors are those of [`call`](Client::call).
-#[allow(clippy::missing_errors_doc, reason = "said above for all of them")]
+#[allow(clippy::missing_errors_doc, reason = "shown above for all of them")]
 impl Client {
     /// Returns the plugins.
     pub fn plugins(&mut self) -> Done<Vec<PluginEntry>> {
@@ -109,7 +109,7 @@ impl Client {
         self.call("DELETE", "/trace", None)
     }
 
-    /// Returns how the agent's run ended; none while it goes on.
+    /// Returns how the agent's run ended; none while it continues.
     pub fn run_end(&mut self) -> Done<Option<String>> {
         #[derive(Deserialize)]
         struct AgentState {
@@ -290,7 +290,7 @@ impl Client {
         self.call("GET", "/settings/differences", None)
     }
 
-    /// Returns the mistakes in files that were edited and are refused.
+    /// Returns the errors in files that were edited and are refused.
     pub fn refused_edit(&mut self) -> Done<Option<Refusal>> {
         self.call("GET", "/settings/refused", None)
     }
@@ -313,7 +313,7 @@ impl Client {
         self.call("POST", &format!("/snapshots/{}", file_part(file)), None)
     }
 
-    /// Lets the agent go on from the snapshot at an absolute path.
+    /// Lets the agent continue from the snapshot at an absolute path.
     pub fn load_snapshot(&mut self, file: &Path) -> Done<SnapshotEntry> {
         self.call("POST", &format!("/snapshots/{}/load", file_part(file)), None)
     }
@@ -335,8 +335,10 @@ impl Client {
         rate: Option<f64>,
         on_change: bool,
     ) -> Done<()> {
-        let wish = RecordingWish { select: select.to_vec(), exclude: exclude.to_vec(), rate, on_change };
-        self.call::<Json>("POST", &format!("/recordings/{}", file_part(file)), Some(&json!(wish))).map(drop)
+        let request =
+            RecordingRequest { select: select.to_vec(), exclude: exclude.to_vec(), rate, on_change };
+        self.call::<Json>("POST", &format!("/recordings/{}", file_part(file)), Some(&json!(request)))
+            .map(drop)
     }
 
     /// Ends the recording into the file at an absolute path, or the only one.

@@ -17,7 +17,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use tokio::runtime::Runtime;
 
-use super::{Access, Request, Trouble};
+use super::{Access, AccessFailure, Request};
 use crate::Role;
 use crate::server::{CALLER, ROLE};
 
@@ -84,15 +84,15 @@ impl ClientLink {
     }
 
     /// Creates the link over TCP, with TLS or to this computer.
-    pub fn tcp(access: &Access) -> std::result::Result<Self, Trouble> {
+    pub fn tcp(access: &Access) -> std::result::Result<Self, AccessFailure> {
         let address = &access.address;
-        let unreached = |error: &dyn std::fmt::Display| Trouble::Unreached {
+        let unreached = |error: &dyn std::fmt::Display| AccessFailure::Unreached {
             address: address.to_string(),
             reason: error.to_string(),
         };
         let found = address.resolve().map_err(|error| unreached(&error))?;
         if !address.is_secure && !found.iter().all(|found| found.ip().is_loopback()) {
-            return Err(Trouble::Open { address: address.to_string() });
+            return Err(AccessFailure::Open { address: address.to_string() });
         }
         let bearer = HeaderValue::from_str(&format!("Bearer {}", access.token));
         let mut bearer = bearer.map_err(|error| unreached(&error))?;
@@ -117,7 +117,7 @@ impl ClientLink {
                     .map_err(|error| unreached(&error))
             }
             #[cfg(not(feature = "tls"))]
-            Err(Trouble::WithoutTls { address: address.to_string() })
+            Err(AccessFailure::WithoutTls { address: address.to_string() })
         })?;
         let host = address.authority();
         Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, role: None, first })
@@ -141,7 +141,7 @@ impl ClientLink {
     }
 
     /// Sends a request, and returns when the head of the answer has arrived.
-    pub fn ask(
+    pub fn send(
         &mut self,
         request: &Request<'_>,
         within: Duration,
@@ -164,7 +164,7 @@ impl ClientLink {
         request: &Request<'_>,
         within: Duration,
     ) -> std::result::Result<(u16, Json), LinkFailure> {
-        let response = self.ask(request, within)?;
+        let response = self.send(request, within)?;
         let status = response.status().as_u16();
         let body = http_body_util::Limited::new(response.into_body(), MAX_BODY_SIZE);
         let collected = self.runtime.block_on(async { tokio::time::timeout(within, body.collect()).await });
@@ -207,10 +207,13 @@ impl ClientLink {
         }
     }
 
-    fn request(&self, asked: &Request<'_>) -> std::result::Result<hyper::Request<Full<Bytes>>, LinkFailure> {
-        let body = asked.body.unwrap_or_default().to_owned();
+    fn request(
+        &self,
+        content: &Request<'_>,
+    ) -> std::result::Result<hyper::Request<Full<Bytes>>, LinkFailure> {
+        let body = content.body.unwrap_or_default().to_owned();
         let mut request =
-            hyper::Request::builder().method(asked.method).uri(asked.path).header(HOST, &self.host);
+            hyper::Request::builder().method(content.method).uri(content.path).header(HOST, &self.host);
         for (name, value) in [(AUTHORIZATION, &self.authorization)] {
             if let Some(value) = value {
                 request = request.header(name, value);
@@ -222,10 +225,10 @@ impl ClientLink {
         if let Some(role) = self.role {
             request = request.header(ROLE, role.name());
         }
-        if let Some(accept) = asked.accept {
+        if let Some(accept) = content.accept {
             request = request.header(ACCEPT, accept);
         }
-        if asked.body.is_some() {
+        if content.body.is_some() {
             request = request.header(CONTENT_TYPE, "application/json");
         }
         request

@@ -1,11 +1,11 @@
 //! Client of an agent: over its Unix socket, or over TCP with TLS.
 
+mod access_failure;
 mod address;
 mod calls;
 mod link;
 #[cfg(feature = "tls")]
 mod secure;
-mod trouble;
 
 use std::io::{ErrorKind, Read};
 use std::os::unix::net::UnixStream;
@@ -21,19 +21,19 @@ use crate::Role;
 use crate::entries::Refusal;
 use crate::operation::BASE;
 use crate::operations::API_VERSION;
+pub use access_failure::AccessFailure;
 pub use address::Address;
 use link::{ClientLink, LinkFailure, closed};
-pub use trouble::Trouble;
 
 /// Timeout for the first answer of an agent.
-const GREETING: Duration = Duration::from_secs(5);
+const GREETING_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Timeout for an answer.
 /// A module may be slow to let itself be exchanged.
 const ANSWER: Duration = Duration::from_secs(60);
 
 /// Timeout for the confirmation of a stop over the stop line.
-/// After it, the agent is asked as in other requests.
+/// After it, requests continue as before.
 const STOP_LINE: Duration = Duration::from_secs(2);
 
 /// Address of an agent over TCP, with the secret for its requests.
@@ -110,14 +110,14 @@ pub struct HttpRefusal {
     pub help: String,
     /// Code of its kind.
     pub code: Option<String>,
-    /// File, line and caret of mistakes in a configuration.
+    /// File, line and caret of errors in a configuration.
     pub report: Option<String>,
 }
 
 impl HttpRefusal {
     fn read(status: u16, problem: &Json) -> Self {
         let field = |name: &str| problem.get(name).and_then(Json::as_str).map(str::to_owned);
-        // Of a refusal that was asked for with status 200 the body has the status.
+        // Of a refusal that was requested with status 200 the body has the status.
         let status = problem
             .get("status")
             .and_then(Json::as_u64)
@@ -138,12 +138,12 @@ impl HttpRefusal {
     }
 }
 
-/// Reason why a remote agent was not asked, or refuses.
+/// Reason why a remote agent is not reached, or refuses.
 #[derive(Debug, thiserror::Error)]
 pub enum RequestError {
     /// Unreachable agent.
     #[error(transparent)]
-    Trouble(#[from] Trouble),
+    AccessFailure(#[from] AccessFailure),
     /// Refusal.
     #[error(transparent)]
     HttpRefusal(#[from] HttpRefusal),
@@ -154,9 +154,9 @@ impl Access {
     ///
     /// # Errors
     /// When the agent is not reached.
-    pub fn ask(&self, request: &Request<'_>) -> Result<Response, Trouble> {
+    pub fn request(&self, request: &Request<'_>) -> Result<Response, AccessFailure> {
         let mut link = ClientLink::tcp(self)?;
-        let response = link.ask(request, ANSWER).map_err(|broken| self.trouble(broken))?;
+        let response = link.send(request, ANSWER).map_err(|broken| self.access_failure(broken))?;
         let status = response.status().as_u16();
         Ok(Response {
             status,
@@ -164,29 +164,31 @@ impl Access {
         })
     }
 
-    /// Sends a request like [`ask`](Access::ask) and returns the whole answer as JSON.
+    /// Sends a request as [`request`](Access::request); returns the answer as JSON.
     ///
     /// # Errors
     /// When the agent is not reached, or refuses.
     pub fn value(&self, request: &Request<'_>) -> Result<Json, RequestError> {
-        let mut response = self.ask(request)?.well()?;
+        let mut response = self.request(request)?.well()?;
         let mut text = String::new();
         let address = self.address.to_string();
-        let lost = |error: std::io::Error| Trouble::Unreached { address, reason: error.to_string() };
+        let lost = |error: std::io::Error| AccessFailure::Unreached { address, reason: error.to_string() };
         response.body.read_to_string(&mut text).map_err(lost)?;
         Ok(serde_json::from_str(&text).unwrap_or_default())
     }
 
-    fn trouble(&self, broken: LinkFailure) -> Trouble {
+    fn access_failure(&self, broken: LinkFailure) -> AccessFailure {
         let address = self.address.to_string();
         match broken {
             LinkFailure::InvalidAnswer(reason) if !self.address.is_secure => {
-                Trouble::NoHttp { address, reason }
+                AccessFailure::NoHttp { address, reason }
             }
-            LinkFailure::InvalidAnswer(reason) => Trouble::Unreached { address, reason },
-            LinkFailure::Timeout => Trouble::Unreached { address, reason: "no answer within 60 s".into() },
-            LinkFailure::Lost(error) => Trouble::Unreached { address, reason: error.to_string() },
-            LinkFailure::Unsent => Trouble::Unreached { address, reason: closed().to_string() },
+            LinkFailure::InvalidAnswer(reason) => AccessFailure::Unreached { address, reason },
+            LinkFailure::Timeout => {
+                AccessFailure::Unreached { address, reason: "no answer within 60 s".into() }
+            }
+            LinkFailure::Lost(error) => AccessFailure::Unreached { address, reason: error.to_string() },
+            LinkFailure::Unsent => AccessFailure::Unreached { address, reason: closed().to_string() },
         }
     }
 }
@@ -201,13 +203,13 @@ impl Response {
             return Ok(self);
         }
         let mut text = String::new();
-        // What came of it is better than nothing.
+        // A partial answer is better than none.
         let _ = self.body.read_to_string(&mut text);
         Err(HttpRefusal::read(self.status, &serde_json::from_str(&text).unwrap_or_default()))
     }
 }
 
-/// Reason why an agent was not asked, or refuses.
+/// Reason why an agent is not reached, or refuses.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// No agent of that name runs.
@@ -234,7 +236,7 @@ pub enum ClientError {
     InvalidAnswer {
         /// Agent.
         name: String,
-        /// Mistake in it.
+        /// Error in it.
         problem: String,
     },
     /// Broken connection, or an agent that does not answer.
@@ -268,7 +270,7 @@ impl Client {
     /// When no agent runs, or it does not answer as expected.
     pub fn connect(name: &str) -> Result<Self, ClientError> {
         let mut client = Self::to_socket(name)?;
-        client.greet()?;
+        client.check_agent()?;
         Ok(client)
     }
 
@@ -288,7 +290,7 @@ impl Client {
         let path = format!("{BASE}/agent");
         let request = Request { method: "GET", path: &path, ..Request::default() };
         let (status, agent) =
-            client.link.request_json(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
+            client.link.request_json(&request, ANSWER).map_err(|broken| access.access_failure(broken))?;
         if status >= 400 {
             return Err(HttpRefusal::read(status, &agent).into());
         }
@@ -316,7 +318,7 @@ impl Client {
         let lost = |error| ClientError::Lost { name: name.into(), error };
         let connected = directory::socket(name).and_then(UnixStream::connect);
         let stream = connected.map_err(|error| match error.kind() {
-            // Refused by a socket that nobody listens at.
+            // Refused by a socket without a listener.
             ErrorKind::NotFound | ErrorKind::ConnectionRefused => {
                 ClientError::NoAgent { name: name.into(), running: directory::agents() }
             }
@@ -327,8 +329,8 @@ impl Client {
     }
 
     /// Checks that the agent runs and has the same operations.
-    fn greet(&mut self) -> Result<(), ClientError> {
-        let agent: Json = self.ask("GET", "/agent", None, GREETING)?;
+    fn check_agent(&mut self) -> Result<(), ClientError> {
+        let agent: Json = self.call_within("GET", "/agent", None, GREETING_TIMEOUT)?;
         if let Some(name) = agent.get("name").and_then(Json::as_str) {
             self.agent = name.to_owned();
         }
@@ -369,7 +371,7 @@ impl Client {
         path: &str,
         body: Option<&Json>,
     ) -> Result<T, ClientError> {
-        self.ask(method, path, body, ANSWER)
+        self.call_within(method, path, body, ANSWER)
     }
 
     /// Sends a request, and returns at the head of the answer.
@@ -378,13 +380,13 @@ impl Client {
     /// # Errors
     /// When the connection is lost.
     pub fn request(mut self, request: &Request<'_>) -> Result<Response, ClientError> {
-        let response = self.link.ask(request, ANSWER).map_err(|broken| self.broken(broken, ANSWER))?;
+        let response = self.link.send(request, ANSWER).map_err(|broken| self.broken(broken, ANSWER))?;
         let status = response.status().as_u16();
         let body = BodyReader { link: self.link, incoming: response.into_body(), piece: Bytes::new() };
         Ok(Response { status, body })
     }
 
-    fn ask<T: DeserializeOwned>(
+    fn call_within<T: DeserializeOwned>(
         &mut self,
         method: &str,
         path: &str,
@@ -393,17 +395,17 @@ impl Client {
     ) -> Result<T, ClientError> {
         let (path, body) = (format!("{BASE}{path}"), body.map(ToString::to_string));
         let request = Request { method, path: &path, body: body.as_deref(), ..Request::default() };
-        let mut asked = self.link.request_json(&request, within);
-        if let (Err(LinkFailure::Unsent), Some(access)) = (&asked, &self.access) {
+        let mut answer = self.link.request_json(&request, within);
+        if let (Err(LinkFailure::Unsent), Some(access)) = (&answer, &self.access) {
             // An agent closes a connection that is idle for long.
-            let mut link = ClientLink::tcp(access).map_err(|trouble| {
-                self.broken(LinkFailure::Lost(std::io::Error::other(trouble.to_string())), within)
+            let mut link = ClientLink::tcp(access).map_err(|access_failure| {
+                self.broken(LinkFailure::Lost(std::io::Error::other(access_failure.to_string())), within)
             })?;
             link.copy_identity(&self.link);
             self.link = link;
-            asked = self.link.request_json(&request, within);
+            answer = self.link.request_json(&request, within);
         }
-        let (status, answer) = asked.map_err(|broken| self.broken(broken, within))?;
+        let (status, answer) = answer.map_err(|broken| self.broken(broken, within))?;
         if status >= 400 {
             return Err(ClientError::Refused(HttpRefusal::read(status, &answer).refusal()));
         }
@@ -418,7 +420,7 @@ impl Client {
             LinkFailure::Unsent => lost(closed()),
             LinkFailure::Timeout => {
                 let message =
-                    format!("no answer within {} s; it may go on with what it was asked", within.as_secs());
+                    format!("no answer within {} s; the request may still be in progress", within.as_secs());
                 lost(std::io::Error::new(ErrorKind::TimedOut, message))
             }
         }

@@ -13,23 +13,23 @@ use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 
+use super::access_failure::AccessFailure;
 use super::address::Address;
-use super::trouble::Trouble;
 
 /// Makes the handshake.
 pub async fn connect(
     stream: TcpStream,
     address: &Address,
     certificate: Option<&Path>,
-) -> Result<TlsStream<TcpStream>, Trouble> {
+) -> Result<TlsStream<TcpStream>, AccessFailure> {
     let settings = settings(certificate)?;
     let of_name =
-        |_| Trouble::NoAddress { text: address.to_string(), reason: "no certificate has such a name" };
+        |_| AccessFailure::NoAddress { text: address.to_string(), reason: "no certificate has such a name" };
     let name = ServerName::try_from(address.host().to_owned()).map_err(of_name)?;
     let connected = TlsConnector::from(Arc::new(settings)).connect(name, stream);
     match tokio::time::timeout(HANDSHAKE_TIMEOUT, connected).await {
-        Ok(connected) => connected.map_err(|error| trouble(address, &error)),
-        Err(_) => Err(Trouble::Unreached {
+        Ok(connected) => connected.map_err(|error| access_failure(address, &error)),
+        Err(_) => Err(AccessFailure::Unreached {
             address: address.to_string(),
             reason: "no answer to the handshake".into(),
         }),
@@ -40,14 +40,14 @@ pub async fn connect(
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Returns the reason why a handshake has failed.
-fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
+fn access_failure(address: &Address, error: &std::io::Error) -> AccessFailure {
     use rustls::Error;
     let address = address.to_string();
     match error.get_ref().and_then(|error| error.downcast_ref::<Error>()) {
-        Some(Error::InvalidMessage(_)) => Trouble::NoTls { address },
+        Some(Error::InvalidMessage(_)) => AccessFailure::NoTls { address },
         Some(Error::InvalidCertificate(reason)) => {
             let reason = match reason {
-                CertificateError::UnknownIssuer => "nobody who is trusted has signed it".into(),
+                CertificateError::UnknownIssuer => "no trusted authority has signed it".into(),
                 CertificateError::Expired | CertificateError::ExpiredContext { .. } => {
                     "it has expired".into()
                 }
@@ -59,19 +59,19 @@ fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
                 }
                 other => other.to_string(),
             };
-            Trouble::Untrusted { address, reason }
+            AccessFailure::Untrusted { address, reason }
         }
-        _ => Trouble::Unreached { address, reason: error.to_string() },
+        _ => AccessFailure::Unreached { address, reason: error.to_string() },
     }
 }
 
-fn settings(certificate: Option<&Path>) -> Result<ClientConfig, Trouble> {
+fn settings(certificate: Option<&Path>) -> Result<ClientConfig, AccessFailure> {
     let provider: Arc<CryptoProvider> = Arc::new(rustls::crypto::ring::default_provider());
     let (path, named) = match certificate {
         Some(path) => (path.to_owned(), read(path)?),
         None => system()?,
     };
-    let unusable = |error: &dyn std::fmt::Display| Trouble::Certificate {
+    let unusable = |error: &dyn std::fmt::Display| AccessFailure::Certificate {
         path: path.clone(),
         reason: error.to_string(),
     };
@@ -92,9 +92,9 @@ fn settings(certificate: Option<&Path>) -> Result<ClientConfig, Trouble> {
     Ok(settings)
 }
 
-fn read(path: &Path) -> Result<Vec<CertificateDer<'static>>, Trouble> {
+fn read(path: &Path) -> Result<Vec<CertificateDer<'static>>, AccessFailure> {
     let found = CertificateDer::pem_file_iter(path).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-    found.map_err(|error| Trouble::Certificate { path: path.into(), reason: error.to_string() })
+    found.map_err(|error| AccessFailure::Certificate { path: path.into(), reason: error.to_string() })
 }
 
 /// Paths of the trusted root certificates on common systems.
@@ -106,13 +106,12 @@ const SYSTEM_AUTHORITIES: [&str; 4] = [
 ];
 
 /// Returns the certificates that the system trusts, with their file.
-fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), Trouble> {
+fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), AccessFailure> {
     let configured = std::env::var_os("SSL_CERT_FILE").map(PathBuf::from);
     let standard = || SYSTEM_AUTHORITIES.iter().map(PathBuf::from).find(|path| path.is_file());
     let Some(path) = configured.or_else(standard) else {
-        let reason =
-            "this computer has no list of whom it trusts; let SLATE_CERTIFICATE be the agent's certificate";
-        return Err(Trouble::Certificate { path: SYSTEM_AUTHORITIES[0].into(), reason: reason.into() });
+        let reason = "this computer has no list of trusted authorities; set SLATE_CERTIFICATE to the agent's certificate";
+        return Err(AccessFailure::Certificate { path: SYSTEM_AUTHORITIES[0].into(), reason: reason.into() });
     };
     read(&path).map(|found| (path, found))
 }

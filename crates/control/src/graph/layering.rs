@@ -11,7 +11,7 @@ use super::model::{GraphEdge, ModuleGraph};
 const PASS_HEIGHT: f64 = 4.0;
 const PASS_GAP: f64 = 10.0;
 
-/// Number of sweeps that order the columns and that move nodes to their neighbours.
+/// Number of sweeps that order the columns and that move nodes to their neighbors.
 const ORDER_SWEEPS: usize = 12;
 const MOVE_SWEEPS: usize = 8;
 
@@ -169,8 +169,8 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Orders each column by the barycenters of its neighbours to reduce crossings.
-    /// It takes the left and the right neighbours in turn.
+    /// Orders each column by the barycenters of its neighbors to reduce crossings.
+    /// It takes the left and the right neighbors in turn.
     pub fn order(&mut self) {
         let mut rank = vec![0.0; self.slots.len()];
         let number = |rank: &mut [f64], lane: usize, column: &[usize]| {
@@ -207,7 +207,7 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Moves slots up and down toward their neighbours, keeping the columns' order.
+    /// Moves slots up and down toward their neighbors, keeping the columns' order.
     pub fn settle(&mut self, gap: f64) {
         for Lane { columns, top, height, .. } in &self.lanes {
             for column in columns {
@@ -231,7 +231,7 @@ impl<'a> Layering<'a> {
         }
     }
 
-    /// Returns the y of each slot of a column, near the mean of its neighbours.
+    /// Returns the y of each slot of a column, near the mean of its neighbors.
     /// As near as the order and two borders permit: halfway between the placement that gives way downward first and the
     /// one that gives way upward first.
     pub fn spread(&self, column: &[usize], gap: f64, (top, bottom): (f64, f64)) -> Vec<f64> {

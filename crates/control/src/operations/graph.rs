@@ -59,7 +59,7 @@ fn drawing() -> Json {
     let edge = shape::object(&[
         ("from", shape::text()),
         ("to", shape::text()),
-        ("back", json!({ "type": "boolean", "description": "Whether it closes a loop." })),
+        ("back", json!({ "type": "boolean", "description": "True if it closes a loop." })),
         ("path", json!({ "type": "string", "description": "The line, as the attribute `d` of SVG." })),
         ("start", point()),
         ("end", point()),
@@ -84,11 +84,11 @@ fn drawing() -> Json {
     ])
 }
 
-fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let length = |name| ask.query.number(name, 0.0, MAX_PIXELS).map(Option::unwrap_or_default);
+fn read(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let length = |name| request.query.number(name, 0.0, MAX_PIXELS).map(Option::unwrap_or_default);
     let available = (length("width")?, length("height")?);
     let mut graph = graph(&surface.agent);
-    let hidden = ask.query.get("hide").unwrap_or_default();
+    let hidden = request.query.get("hide").unwrap_or_default();
     graph.hide(|name| hidden.split_whitespace().any(|word| name.contains(word)));
     Ok(OperationAnswer::json(json!(DrawnGraph::new(&graph, available))))
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
-use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::channel::StampedValue;
 use slate_blackboard::interface::{AccessError, Descriptor, View, find};
 use slate_blackboard::{Access, BoardError};
-use slate_runtime::recording::{History, HistoryWish, Left, RecordingRefusal};
+use slate_runtime::recording::{History, HistoryRequest, Left, RecordingRefusal};
 
 use super::values::{SELECTION, own_path, url};
 use super::{TOKEN, shape};
@@ -77,17 +77,17 @@ fn parse_position(text: &str) -> Result<(u64, u64), Problem> {
     })
 }
 
-fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
-    let (from, sequence) = ask.query.get("from").map(parse_position).transpose()?.unwrap_or_default();
-    let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
-    let most = match ask.query.count("limit", MAX_LIMIT)? {
+fn read(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let selection = Selection::parse(request.query.get("pointer"), request.query.get("select"))?;
+    let (from, sequence) = request.query.get("from").map(parse_position).transpose()?.unwrap_or_default();
+    let to = request.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
+    let most = match request.query.count("limit", MAX_LIMIT)? {
         Some(0) => {
             return Err(Problem::bad("`limit` is 0", format!("it is a whole number from 1 to {MAX_LIMIT}")));
         }
         limit => limit.unwrap_or(DEFAULT_LIMIT) as usize,
     };
-    let url = url(ask)?;
+    let url = url(request)?;
     let remote = || Problem::unfit("history is of this agent's properties", "ask the other agent");
     let path = own_path(surface, &url).ok_or_else(remote)?;
     let (property, field) = surface.board().find(&path)?;
@@ -95,13 +95,13 @@ fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
         let message = format!("/{} takes messages, and has no value", property.path());
         return Err(Problem::unfit(message, "ask for what its module writes"));
     }
-    let wanted = HistoryWish { path: property.path().into(), from, sequence, to, most };
+    let wanted = HistoryRequest { path: property.path().into(), from, sequence, to, most };
     let access_error = |error| BoardError::Access { url: format!("/{path}"), error };
     if !field.is_empty() {
         find(property.descriptor(), &field).map_err(access_error)?;
     }
     let (mut values, mut failure) = (Vec::<u8>::new(), None);
-    let mut take = |descriptor: &'static Descriptor, kept: FrozenValue| {
+    let mut take = |descriptor: &'static Descriptor, kept: StampedValue| {
         if failure.is_some() || values.len() > MAX_SIZE {
             return false;
         }
@@ -145,7 +145,7 @@ fn text(
     descriptor: &'static Descriptor,
     field: &str,
     selection: &Selection,
-    kept: &FrozenValue,
+    kept: &StampedValue,
 ) -> Result<Option<Vec<u8>>, HistoryError> {
     let Some(view) = View::new(descriptor, &kept.bytes, kept.items) else { return Ok(None) };
     let value = match field {

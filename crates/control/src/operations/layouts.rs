@@ -74,7 +74,7 @@ pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Oper
         .collect();
     names.sort();
     names.truncate(MAX_LAYOUTS);
-    // What somebody has written into that folder and is none is left out.
+    // Other files in that folder are left out.
     let read = |name: String| {
         let file = folder().join(format!("{name}.json"));
         fs::metadata(&file).ok().filter(|about| about.is_file() && about.len() <= MAX_SIZE)?;
@@ -85,8 +85,8 @@ pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Oper
 }
 
 /// Returns the file of a layout.
-fn file(ask: &OperationRequest) -> Result<PathBuf, Problem> {
-    let name = ask.part("layout");
+fn file(request: &OperationRequest) -> Result<PathBuf, Problem> {
+    let name = request.part("layout");
     if !is_plain(name) || name.len() > 64 || name.contains('.') {
         let help = "it has at most 64 letters, digits, _ and -";
         return Err(Problem::bad(format!("`{name}` can't be the name of a layout"), help));
@@ -99,9 +99,9 @@ fn unwritable(error: &std::io::Error) -> Problem {
     Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
 }
 
-pub(super) fn save(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = file(ask)?;
-    let layout: Map<String, Json> = ask.body()?;
+pub(super) fn save(_: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let file = file(request)?;
+    let layout: Map<String, Json> = request.body()?;
     let is_fit = layout.get("title").is_some_and(Json::is_string)
         && layout.get("columns").and_then(Json::as_array).is_some_and(|columns| !columns.is_empty());
     if !is_fit {
@@ -119,11 +119,14 @@ pub(super) fn save(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Op
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-pub(super) fn remove(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    match fs::remove_file(file(ask)?) {
+pub(super) fn remove(
+    _: &Arc<ControlSurface>,
+    request: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    match fs::remove_file(file(request)?) {
         Ok(()) => Ok(OperationAnswer::Nothing),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            let message = format!("there is no layout `{}`", ask.part("layout"));
+            let message = format!("there is no layout `{}`", request.part("layout"));
             Err(Problem::not_found(message, "GET /api/v1/layouts lists them"))
         }
         Err(error) => Err(unwritable(&error)),

@@ -8,7 +8,7 @@ use serde_json::json;
 use slate_blackboard::interface::Value;
 use slate_runtime::{ControlsError, Teleoperation};
 
-use super::{gate, shape, told};
+use super::{gate, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::lease::LEASE_DURATION;
@@ -18,9 +18,9 @@ use crate::schema;
 use crate::surface::ControlSurface;
 
 pub(super) const LIST: Operation =
-    Operation::get("/leases", "leases", Role::Viewer, "Actuators, and who holds the control lease of each")
+    Operation::get("/leases", "leases", Role::Viewer, "Actuators, and the holder of each control lease")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::holder()), |surface, _| told(surface.agent.holders()));
+        .answers(|| shape::list(shape::holder()), |surface, _| reply(surface.agent.holders()));
 
 pub(super) const TAKE: Operation = Operation::post(
     "/leases",
@@ -33,7 +33,7 @@ pub(super) const TAKE: Operation = Operation::post(
             "properties": {
                 "actuator": shape::text(),
                 "who": { "type": "string", "description": "Name of the holder, shown to people." },
-                "bound": { "type": "boolean", "description": "Whether the lease also ends with this connection." },
+                "bound": { "type": "boolean", "description": "True if the lease also ends with this connection." },
             },
             "additionalProperties": false,
         })
@@ -75,20 +75,20 @@ struct Take {
 const MAX_NAME_LENGTH: usize = 80;
 
 /// Returns the holder of the controls, for people.
-fn holder(asked: &OperationRequest, who: &str) -> String {
+fn holder(request: &OperationRequest, who: &str) -> String {
     let own: String = who.chars().take(MAX_NAME_LENGTH).collect();
-    match (own.is_empty(), &asked.caller.local) {
+    match (own.is_empty(), &request.caller.local) {
         (true, Some(_)) => "a tool".into(),
-        (true, None) => asked.caller.who.clone(),
+        (true, None) => request.caller.who.clone(),
         (false, Some(_)) => own,
-        (false, None) => format!("{own} ({})", asked.caller.who),
+        (false, None) => format!("{own} ({})", request.caller.who),
     }
 }
 
-fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let Take { actuator, who, bound } = asked.body()?;
+fn take(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let Take { actuator, who, bound } = request.body()?;
     let actuator = without_slash(&actuator);
-    let taken = surface.agent.composer().take_controls(actuator, &holder(asked, &who));
+    let taken = surface.agent.composer().take_controls(actuator, &holder(request, &who));
     let taken = taken.map_err(|error| {
         let status = match error {
             ControlsError::Unknown { .. } => StatusCode::NOT_FOUND,
@@ -101,7 +101,7 @@ fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<Opera
         let message = format!("no lease can be made: {error}");
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again")
     })?;
-    if bound && !asked.caller.connection.bind_lease(&lease) {
+    if bound && !request.caller.connection.bind_lease(&lease) {
         surface.leases.end(&lease);
         let message = "the connection to which the lease is bound is closed";
         return Err(Problem::new(StatusCode::CONFLICT, message, "take the controls over an open connection"));
@@ -110,7 +110,7 @@ fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<Opera
         "lease": lease,
         "actuator": actuator,
         "term_ms": LEASE_DURATION.as_millis() as u64,
-        "hold_ms": Teleoperation::HOLD.as_millis() as u64,
+        "hold_ms": Teleoperation::COMMAND_DURATION.as_millis() as u64,
         "interface": interface,
     })))
 }
@@ -126,13 +126,13 @@ struct Renew {
 
 pub(super) fn renew(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let Renew { command, release } = asked.body_or_default()?;
+    let Renew { command, release } = request.body_or_default()?;
     if command.is_some() && release {
-        return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
+        return Err(Problem::bad("a command and its end in one", "expected `command` or `release`"));
     }
-    let done = surface.leases.renew(asked.part("lease"), |controls| -> Result<String, Problem> {
+    let done = surface.leases.renew(request.part("lease"), |controls| -> Result<String, Problem> {
         if release {
             controls.release();
         }
@@ -150,9 +150,9 @@ pub(super) fn renew(
 
 pub(super) fn give_back(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    match surface.leases.end(asked.part("lease")) {
+    match surface.leases.end(request.part("lease")) {
         true => Ok(OperationAnswer::Nothing),
         false => Err(unknown()),
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{DRY_RUN, conflict, shape, told};
+use super::{DRY_RUN, conflict, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
@@ -15,7 +15,7 @@ use crate::text::{Texts, texts};
 
 pub(super) const LIST: Operation = Operation::get("/links", "links", Role::Viewer, "Links, by destination")
     .pace(Pace::Change)
-    .answers(|| shape::list(shape::link()), |surface, _| told(surface.agent.links()));
+    .answers(|| shape::list(shape::link()), |surface, _| reply(surface.agent.links()));
 
 pub(super) const LINK: Operation = Operation::put(
     "/links/{input}",
@@ -53,7 +53,7 @@ pub(super) const UNLINK: Operation = Operation::delete(
 
 pub(super) const PEERS: Operation =
     Operation::get("/peers", "peers", Role::Viewer, "Known agents, and the traffic with each")
-        .answers(peers, |surface, _| told(surface.agent.peers()));
+        .answers(peers, |surface, _| reply(surface.agent.peers()));
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -63,15 +63,19 @@ struct LinkRequest {
     options: Texts,
 }
 
-fn link(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let link: LinkRequest = ask.body()?;
-    let (to, from) = (ask.own_url(ask.part("input")), ask.own_url(&link.from));
-    conflict(surface.agent.link(&to, &from, link.options.texts()?, ask.is_dry()?))
+fn link(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let link: LinkRequest = request.body()?;
+    let (to, from) = (request.own_url(request.part("input")), request.own_url(&link.from));
+    conflict(surface.agent.link(&to, &from, link.options.texts()?, request.is_dry()?))
 }
 
-fn unlink(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let from = ask.query.get("from").map(|from| ask.own_url(from));
-    conflict(surface.agent.unlink(&ask.own_url(ask.part("input")), from.as_deref(), ask.is_dry()?))
+fn unlink(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let from = request.query.get("from").map(|from| request.own_url(from));
+    conflict(surface.agent.unlink(
+        &request.own_url(request.part("input")),
+        from.as_deref(),
+        request.is_dry()?,
+    ))
 }
 
 fn peers() -> serde_json::Value {

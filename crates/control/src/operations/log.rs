@@ -64,27 +64,27 @@ const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
 pub(super) fn lines(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let after = ask.query.count("after", u64::MAX)?.or(ask.last_event).unwrap_or(0);
+    let after = request.query.count("after", u64::MAX)?.or(request.last_event).unwrap_or(0);
     let rank = |level: &str| LEVELS.iter().position(|known| level.eq_ignore_ascii_case(known));
-    let least = ask.query.get("level").map(|level| {
-        let help = format!("there are {}", LEVELS.join(", "));
+    let least = request.query.get("level").map(|level| {
+        let help = format!("available: {}", LEVELS.join(", "));
         rank(level).ok_or_else(|| Problem::bad(format!("`level` is `{level}`"), help))
     });
     let least = least.transpose()?.unwrap_or(LEVELS.len());
-    let module = ask.query.get("module").map(without_slash);
-    let events = match ask.query.get("format") {
-        None => ask.accept.contains("text/event-stream"),
+    let module = request.query.get("module").map(without_slash);
+    let events = match request.query.get("format") {
+        None => request.accept.contains("text/event-stream"),
         Some("events") => true,
         Some("json") => false,
         Some(other) => {
-            return Err(Problem::bad(format!("`format` is `{other}`"), "there are json and events"));
+            return Err(Problem::bad(format!("`format` is `{other}`"), "expected json or events"));
         }
     };
     if events {
-        if ask.query.get("level").is_some() || module.is_some() {
-            let help = "ask for all lines, and leave out what is not wanted";
+        if request.query.get("level").is_some() || module.is_some() {
+            let help = "request all lines, and filter them yourself";
             return Err(Problem::bad("a stream of the log has all lines", help));
         }
         let watcher = Watcher::new(surface, LOG_TAIL, after)?;
@@ -119,14 +119,14 @@ struct Note {
 
 pub(super) fn note(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let Note { text } = ask.body()?;
+    let Note { text } = request.body()?;
     if text.trim().is_empty() || text.len() > MAX_NOTE_LENGTH || text.chars().any(char::is_control) {
         let help = format!("it is one line of 1 to {MAX_NOTE_LENGTH} bytes");
         return Err(Problem::unfit("this is no line for the log", help));
     }
-    surface.log(Level::Info, &format!("{}: {text}", ask.caller.name()));
+    surface.log(Level::Info, &format!("{}: {text}", request.caller.name()));
     Ok(OperationAnswer::Nothing)
 }
 

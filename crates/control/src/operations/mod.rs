@@ -33,7 +33,7 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
-use slate_runtime::Mistake;
+use slate_runtime::ErrorCode;
 
 use crate::agent::Done;
 use crate::answer::OperationAnswer;
@@ -168,7 +168,7 @@ pub fn carry_out(
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
     let operation = by_name(name).ok_or_else(unknown)?;
     check_role(operation.role, caller.role)?;
-    let ask = OperationRequest {
+    let request = OperationRequest {
         caller: caller.clone(),
         captured: vec![("agent", surface.name().to_owned()), ("path", path.to_owned())],
         query: Query::default(),
@@ -177,7 +177,7 @@ pub fn carry_out(
         last_event: None,
         body: Some(body),
     };
-    let answer = operation.carry_out(surface, &ask);
+    let answer = operation.carry_out(surface, &request);
     if operation.name != STOP {
         surface.agent.settle();
     }
@@ -191,11 +191,11 @@ pub fn gate(surface: &ControlSurface, actuator: &str) -> Json {
 }
 
 /// Answers with the result of a call.
-fn told(done: Done) -> Result<OperationAnswer, Problem> {
+fn reply(done: Done) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(done?))
 }
 
-/// Converts a result like [`told`]; a refusal is a conflict.
+/// Converts a result like [`reply`]; a refusal is a conflict.
 /// It means that the operation is impossible now, or that the name is unknown.
 fn conflict(done: Done) -> Result<OperationAnswer, Problem> {
     done.map(OperationAnswer::json).map_err(in_conflict)
@@ -207,7 +207,7 @@ fn in_conflict(refusal: Refusal) -> Problem {
 
 /// Converts a result like [`conflict`]; an unknown name in the path is not found.
 fn named(done: Done) -> Result<OperationAnswer, Problem> {
-    let is_unknown = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
+    let is_unknown = |refusal: &Refusal| refusal.code.as_deref() == Some(ErrorCode::Name.code());
     done.map(OperationAnswer::json).map_err(|refusal| match is_unknown(&refusal) {
         true => Problem::refused(StatusCode::NOT_FOUND, refusal),
         false => in_conflict(refusal),
@@ -216,8 +216,8 @@ fn named(done: Done) -> Result<OperationAnswer, Problem> {
 
 /// Returns a file that a caller on this computer names by its path.
 /// `None` over the network: a caller that may name any file may overwrite any.
-fn local_file(ask: &OperationRequest, name: &str) -> Option<PathBuf> {
-    ask.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
+fn local_file(request: &OperationRequest, name: &str) -> Option<PathBuf> {
+    request.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
 }
 
 /// Body that names a file at this computer.

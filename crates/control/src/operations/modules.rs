@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_module::Parameter;
 
-use super::{named, shape, told};
+use super::{named, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace};
@@ -16,7 +16,7 @@ use crate::surface::ControlSurface;
 pub(super) const LIST: Operation =
     Operation::get("/modules", "modules", Role::Viewer, "Modules and their states")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::module()), |surface, _| told(surface.agent.modules()));
+        .answers(|| shape::list(shape::module()), |surface, _| reply(surface.agent.modules()));
 
 pub(super) const SWITCH: Operation = Operation::put(
     "/modules/{module}",
@@ -47,10 +47,10 @@ struct SwitchRequest {
 
 pub(super) fn switch(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let switch: SwitchRequest = ask.body()?;
-    named(surface.agent.enable(ask.board_path("module"), switch.enabled).map(|switched| json!(switched)))
+    let switch: SwitchRequest = request.body()?;
+    named(surface.agent.enable(request.board_path("module"), switch.enabled).map(|switched| json!(switched)))
 }
 
 pub(super) fn parameters(
@@ -61,7 +61,7 @@ pub(super) fn parameters(
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();
         parameters.map(move |Parameter { name: parameter, default, range, .. }| {
-            // An endless range is none.
+            // An infinite range is no range.
             let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
             let operable = surface.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);
             json!({ "module": name, "name": parameter, "default": default, "range": range, "operable": operable })

@@ -84,14 +84,14 @@ struct StopRequest {
 /// Stops at once, for a reason in the query or in the body.
 pub(crate) fn stop(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
     // An invalid body is ignored; the stop is carried out.
-    let stop: StopRequest = asked.body_or_default().unwrap_or_default();
-    let reason = [stop.reason.as_str(), asked.query.get("reason").unwrap_or_default()]
+    let stop: StopRequest = request.body_or_default().unwrap_or_default();
+    let reason = [stop.reason.as_str(), request.query.get("reason").unwrap_or_default()]
         .into_iter()
         .find(|reason| !reason.is_empty())
-        .map_or_else(|| format!("by the {}", asked.caller.who), str::to_owned);
+        .map_or_else(|| format!("by the {}", request.caller.who), str::to_owned);
     surface.agent.stop(&reason);
     let stopped: Vec<_> = surface.agent.composer().actuators().into_iter().map(|(name, _)| name).collect();
     Ok(OperationAnswer::json(json!({ "stopped": stopped })))
@@ -108,8 +108,8 @@ struct Arm {
     actuator: Option<String>,
 }
 
-fn arm(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let arm: Arm = asked.body_or_default()?;
+fn arm(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let arm: Arm = request.body_or_default()?;
     let actuator = arm.actuator.as_deref().map(without_slash);
     let is_unknown = |name: &str| surface.agent.composer().actuators().iter().all(|(known, _)| known != name);
     let status = match actuator.is_some_and(is_unknown) {

@@ -11,8 +11,9 @@ use crate::answer::{OCTET_STREAM, OperationAnswer};
 use crate::operation::{BASE, Operation};
 use crate::surface::ControlSurface;
 
-pub(super) const INDEX: Operation = Operation::get("", "index", Role::Viewer, "What there is")
-    .answers(shape::anything, |_, _| Ok(OperationAnswer::json(index(OPERATIONS))));
+pub(super) const INDEX: Operation =
+    Operation::get("", "index", Role::Viewer, "Links to the operations of the agent")
+        .answers(shape::anything, |_, _| Ok(OperationAnswer::json(index(OPERATIONS))));
 
 pub(super) const DOCUMENT: Operation =
     Operation::get("/openapi.json", "openapi", Role::Viewer, "This document")
@@ -43,8 +44,8 @@ pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Js
         "info": {
             "title": "Slate",
             "version": env!("CARGO_PKG_VERSION"),
-            "description": "An agent over HTTP. Times are nanoseconds of the agent's time, numbers in SI units; what is not \
-                            finite is null. A slash in a part of a path may be written as %2F.",
+            "description": "An agent over HTTP. Times are nanoseconds of the agent's time, numbers in SI units; non-finite \
+                            numbers are null. A slash in a part of a path may be written as %2F.",
         },
         "paths": paths,
         "components": {

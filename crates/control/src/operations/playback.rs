@@ -64,7 +64,7 @@ pub(super) const SEEK: Operation = Operation::post(
     Pace::Slow,
 )
 .body(|| shape::object(&[("time", shape::count())]))
-.answers(status, |surface, ask| order(surface, Order::Seek(ask.body::<SeekRequest>()?.time)));
+.answers(status, |surface, request| order(surface, Order::Seek(request.body::<SeekRequest>()?.time)));
 
 pub(super) const RATE: Operation = Operation::post(
     "/playback/rate",
@@ -77,7 +77,7 @@ pub(super) const RATE: Operation = Operation::post(
     let factor = json!({ "type": "number", "exclusiveMinimum": 0 });
     shape::object(&[("factor", shape::optional(factor))])
 })
-.answers(status, |surface, ask| order(surface, Order::Rate(ask.body::<RateRequest>()?.factor)));
+.answers(status, |surface, request| order(surface, Order::Rate(request.body::<RateRequest>()?.factor)));
 
 pub(super) const LOOP: Operation = Operation::post(
     "/playback/loop",
@@ -87,7 +87,7 @@ pub(super) const LOOP: Operation = Operation::post(
     Pace::Slow,
 )
 .body(|| shape::object(&[("section", shape::optional(section()))]))
-.answers(status, |surface, ask| order(surface, Order::Loop(ask.body::<LoopRequest>()?.section)));
+.answers(status, |surface, request| order(surface, Order::Loop(request.body::<LoopRequest>()?.section)));
 
 fn section() -> Json {
     shape::object(&[("from", shape::count()), ("to", shape::count())])
@@ -147,8 +147,8 @@ fn order(surface: &ControlSurface, order: Order) -> Result<OperationAnswer, Prob
     conflict(surface.agent.replay(order))
 }
 
-fn step(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let StepRequest { cycles } = ask.body_or_default()?;
+fn step(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let StepRequest { cycles } = request.body_or_default()?;
     if !(1..=MAX_CYCLES).contains(&cycles) {
         return Err(Problem::unfit(
             format!("{cycles} cycles are no step"),

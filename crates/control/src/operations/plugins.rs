@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
-use super::{Named, conflict, file_shape, named, shape, told};
+use super::{Named, conflict, file_shape, named, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace};
@@ -16,7 +16,7 @@ use crate::surface::ControlSurface;
 pub(super) const LIST: Operation =
     Operation::get("/plugins", "plugins", Role::Viewer, "Plugins, loaded and available")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::plugin()), |surface, _| told(surface.agent.plugins()));
+        .answers(|| shape::list(shape::plugin()), |surface, _| reply(surface.agent.plugins()));
 
 pub(super) const LOAD: Operation = Operation::put(
     "/plugins/{plugin}",
@@ -80,7 +80,10 @@ pub(super) const END_SHADOW: Operation = Operation::delete(
     "Discards the trial code of a plugin",
     Pace::Change,
 )
-.answers(|| json!({ "type": "null" }), |surface, ask| named(surface.agent.end_shadow(ask.part("plugin"))));
+.answers(
+    || json!({ "type": "null" }),
+    |surface, request| named(surface.agent.end_shadow(request.part("plugin"))),
+);
 
 pub(super) const PROMOTE: Operation = Operation::post(
     "/plugins/{plugin}/promote",
@@ -89,7 +92,7 @@ pub(super) const PROMOTE: Operation = Operation::post(
     "Promotes the trial code of a plugin",
     Pace::Change,
 )
-.answers(reloaded, |surface, ask| named(surface.agent.promote(ask.part("plugin"))));
+.answers(reloaded, |surface, request| named(surface.agent.promote(request.part("plugin"))));
 
 fn loaded() -> Json {
     let plugin = shape::object(&[("name", shape::text()), ("file", shape::optional(shape::text()))]);
@@ -113,13 +116,13 @@ fn reloaded() -> Json {
 
 /// Returns the named library, or an error for a caller over the network.
 /// A caller that may load any file may do anything.
-fn library(ask: &OperationRequest) -> Result<PathBuf, Problem> {
-    let Named { file } = ask.body()?;
-    check_local(ask, file)
+fn library(request: &OperationRequest) -> Result<PathBuf, Problem> {
+    let Named { file } = request.body()?;
+    check_local(request, file)
 }
 
-fn check_local(ask: &OperationRequest, file: PathBuf) -> Result<PathBuf, Problem> {
-    match ask.caller.local {
+fn check_local(request: &OperationRequest, file: PathBuf) -> Result<PathBuf, Problem> {
+    match request.caller.local {
         Some(_) => Ok(file),
         None => {
             let help = "name a plugin of the configuration, or load the library at the computer of the agent";
@@ -128,16 +131,19 @@ fn check_local(ask: &OperationRequest, file: PathBuf) -> Result<PathBuf, Problem
     }
 }
 
-fn load(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.load(Some(ask.part("plugin")), None))
+fn load(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.load(Some(request.part("plugin")), None))
 }
 
-fn load_library(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.load(None, Some(&library(ask)?)))
+fn load_library(
+    surface: &Arc<ControlSurface>,
+    request: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.load(None, Some(&library(request)?)))
 }
 
-fn unload(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.unload(ask.part("plugin")))
+fn unload(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.unload(request.part("plugin")))
 }
 
 #[derive(Default, Deserialize)]
@@ -147,12 +153,12 @@ struct ReloadRequest {
     file: Option<PathBuf>,
 }
 
-fn reload(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let ReloadRequest { file } = ask.body_or_default()?;
-    let file = file.map(|file| check_local(ask, file)).transpose()?;
-    named(surface.agent.reload(ask.part("plugin"), file.as_deref()))
+fn reload(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let ReloadRequest { file } = request.body_or_default()?;
+    let file = file.map(|file| check_local(request, file)).transpose()?;
+    named(surface.agent.reload(request.part("plugin"), file.as_deref()))
 }
 
-fn shadow(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.shadow(ask.part("plugin"), &library(ask)?))
+fn shadow(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.shadow(request.part("plugin"), &library(request)?))
 }

@@ -11,7 +11,7 @@ use slate_runtime::recording::RecordingStatus;
 
 use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
-use crate::agent::RecordingWish;
+use crate::agent::RecordingRequest;
 use crate::answer::{OCTET_STREAM, OperationAnswer};
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
@@ -144,11 +144,11 @@ const EXTENSION: &str = "mcap";
 /// Returns the file of a recording, or of one that is made beside it.
 fn file(
     surface: &ControlSurface,
-    ask: &OperationRequest,
+    request: &OperationRequest,
     name: &str,
     kind: &str,
 ) -> Result<PathBuf, Problem> {
-    if let Some(path) = local_file(ask, name) {
+    if let Some(path) = local_file(request, name) {
         return Ok(path);
     }
     let name = name.strip_suffix(kind).and_then(|name| name.strip_suffix('.')).unwrap_or(name);
@@ -160,7 +160,7 @@ fn file(
         return Err(Problem::bad(format!("`{name}` can't be the name of a recording"), help));
     }
     let nothing = || {
-        let help = "`slate run` has what records; a program gives its agent one with `Options::recording`";
+        let help = "`slate run` has a recorder; a program gives its agent one with `Options::recording`";
         Problem::new(StatusCode::CONFLICT, "this agent has nothing that records", help)
     };
     Ok(recorded(surface).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
@@ -169,15 +169,15 @@ fn file(
 /// Returns a file that does not exist yet, in an existing folder.
 pub(super) fn new_file(
     surface: &ControlSurface,
-    ask: &OperationRequest,
+    request: &OperationRequest,
     name: &str,
     kind: &str,
 ) -> Result<PathBuf, Problem> {
-    if let Some(path) = local_file(ask, name) {
-        // Whoever makes it says what is in the way.
+    if let Some(path) = local_file(request, name) {
+        // Its creation reports the error.
         return Ok(path);
     }
-    let file = file(surface, ask, name, kind)?;
+    let file = file(surface, request, name, kind)?;
     let unusable = |error: std::io::Error| {
         let message = format!("the folder of recordings can't be used: {error}");
         Problem::new(StatusCode::CONFLICT, message, "run it with `--out` into a folder that it may write to")
@@ -185,7 +185,7 @@ pub(super) fn new_file(
     std::fs::create_dir_all(file.parent().unwrap_or(Path::new(""))).map_err(unusable)?;
     if file.exists() {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let message = format!("there is a {name} already");
+        let message = format!("a {name} already exists");
         return Err(Problem::new(StatusCode::CONFLICT, message, "take another name"));
     }
     Ok(file)
@@ -211,20 +211,25 @@ fn list(surface: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Operation
     ))
 }
 
-fn start(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let wish: RecordingWish = ask.body_or_default()?;
-    let file = new_file(surface, ask, ask.part("recording"), EXTENSION)?;
-    surface.agent.start_recording(&file, &wish).map_err(in_conflict)?;
+fn start(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let recording: RecordingRequest = request.body_or_default()?;
+    let file = new_file(surface, request, request.part("recording"), EXTENSION)?;
+    surface.agent.start_recording(&file, &recording).map_err(in_conflict)?;
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-fn stop(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.stop_recording(Some(&file(surface, ask, ask.part("recording"), EXTENSION)?)))
+fn stop(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.stop_recording(Some(&file(
+        surface,
+        request,
+        request.part("recording"),
+        EXTENSION,
+    )?)))
 }
 
-fn fetch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let name = ask.part("recording");
-    let path = file(surface, ask, name, EXTENSION)?;
+fn fetch(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let name = request.part("recording");
+    let path = file(surface, request, name, EXTENSION)?;
     if recorded(surface).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
         let message = format!("{name}.{EXTENSION} is still being recorded");
         let help = format!("end it first: POST /api/v1/recordings/{name}/stop");
@@ -239,6 +244,6 @@ fn fetch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operat
     Ok(OperationAnswer::File(file, length))
 }
 
-fn snapshot(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.save_flight(&new_file(surface, ask, ask.part("recording"), EXTENSION)?))
+fn snapshot(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.save_flight(&new_file(surface, request, request.part("recording"), EXTENSION)?))
 }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::json;
 use slate_runtime::configuration::SaveTo;
 
-use super::{DRY_RUN, TOKEN, shape, told};
+use super::{DRY_RUN, TOKEN, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
@@ -58,7 +58,7 @@ pub(super) const DIFFERENCES: Operation = Operation::get(
     Role::Viewer,
     "Differences between the running configuration and its files",
 )
-.answers(|| shape::list(shape::different()), |surface, _| told(surface.agent.settings.differences()));
+.answers(|| shape::list(shape::different()), |surface, _| reply(surface.agent.settings.differences()));
 
 pub(super) const REFUSED: Operation = Operation::get(
     "/settings/refused",
@@ -80,7 +80,7 @@ pub(super) const REFUSED: Operation = Operation::get(
             "additionalProperties": false,
         }))
     },
-    |surface, _| told(surface.agent.settings.refused_edit()),
+    |surface, _| reply(surface.agent.settings.refused_edit()),
 );
 
 pub(super) const SAVE: Operation = Operation::post(
@@ -93,22 +93,22 @@ pub(super) const SAVE: Operation = Operation::post(
 
 pub(super) fn list(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let found = surface.agent.settings.at(asked.query.get("path").unwrap_or_default());
+    let found = surface.agent.settings.at(request.query.get("path").unwrap_or_default());
     found.map(OperationAnswer::json).map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))
 }
 
-fn set(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let changes = asked.body::<Texts>()?.texts()?;
+fn set(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let changes = request.body::<Texts>()?.texts()?;
     if changes.is_empty() {
-        return Err(Problem::unfit("there is nothing to be set", "send paths and values"));
+        return Err(Problem::unfit("the request has no change", "send paths and values"));
     }
-    told(surface.agent.settings.set(&changes, asked.is_dry()?))
+    reply(surface.agent.settings.set(&changes, request.is_dry()?))
 }
 
-fn revert(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    told(surface.agent.settings.revert(asked.query.get("path").unwrap_or_default()))
+fn revert(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    reply(surface.agent.settings.revert(request.query.get("path").unwrap_or_default()))
 }
 
 #[derive(Default, Deserialize)]
@@ -120,8 +120,8 @@ struct SaveRequest {
 
 pub(super) fn save(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let save: SaveRequest = asked.body_or_default()?;
-    told(surface.agent.settings.save(save.to, asked.is_dry()?))
+    let save: SaveRequest = request.body_or_default()?;
+    reply(surface.agent.settings.save(save.to, request.is_dry()?))
 }

@@ -61,7 +61,7 @@ pub(super) fn agent() -> Json {
         ("stopped", optional(text())),
         (
             "over",
-            json!({ "type": ["string", "null"], "description": "How the run ended; null while it goes on." }),
+            json!({ "type": ["string", "null"], "description": "Result of the run; null while it runs." }),
         ),
     ])
 }
@@ -169,8 +169,8 @@ pub(super) fn link() -> Json {
         "properties": {
             "to": text(),
             "from": text(),
-            "sends": { "type": "boolean", "description": "Whether it carries messages from an outbox to an inbox." },
-            "inferred": { "type": "boolean", "description": "Whether it was inferred from types and roles." },
+            "sends": { "type": "boolean", "description": "True if it carries messages from an outbox to an inbox." },
+            "inferred": { "type": "boolean", "description": "True if it was inferred from types and roles." },
             "options": list(list(text())),
             "queue": optional(list(count())),
             "age": { "type": "integer", "minimum": 0, "description": "Age of the value in the last measured step of its reader, ns." },

@@ -61,9 +61,9 @@ const EXTENSION: &str = "snapshot";
 
 /// Returns the file of a snapshot: a name in the folder of snapshots.
 /// For a caller on this computer also any absolute path.
-fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
-    let name = ask.part("snapshot");
-    if let Some(path) = local_file(ask, name) {
+fn file(request: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
+    let name = request.part("snapshot");
+    if let Some(path) = local_file(request, name) {
         return Ok(path);
     }
     let name = name.strip_suffix(kind).and_then(|name| name.strip_suffix('.')).unwrap_or(name);
@@ -83,15 +83,15 @@ fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
     Ok(folder.join(format!("{name}.{kind}")))
 }
 
-fn save(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = file(ask, EXTENSION)?;
+fn save(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let file = file(request, EXTENSION)?;
     placed(surface.agent.save_snapshot(&file), &file)
 }
 
-fn load(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = file(ask, EXTENSION)?;
-    if ask.caller.local.is_none() && !file.is_file() {
-        let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
+fn load(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let file = file(request, EXTENSION)?;
+    if request.caller.local.is_none() && !file.is_file() {
+        let message = format!("there is no snapshot `{}`", request.part("snapshot"));
         return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));
     }
     placed(surface.agent.load_snapshot(&file), &file)
@@ -103,9 +103,9 @@ struct Values {
     url: String,
 }
 
-fn values(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let Values { url } = ask.body()?;
-    conflict(surface.agent.properties.remote.snapshot(&url, absolute(&file(ask, "json")?)?))
+fn values(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let Values { url } = request.body()?;
+    conflict(surface.agent.properties.remote.snapshot(&url, absolute(&file(request, "json")?)?))
 }
 
 fn placed(done: Done, file: &Path) -> Result<OperationAnswer, Problem> {

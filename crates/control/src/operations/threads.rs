@@ -20,8 +20,8 @@ pub(super) const READ: Operation = Operation::get(
     "/threads",
     "threads",
     Role::Viewer,
-    "What each thread of the agent has taken of the processors, and how long it was ready and had \
-     to wait for one; empty where the system does not tell",
+    "Processor time of each thread of the agent, and the time it was ready and waited for a processor; empty \
+     where the system does not report it",
 ).answers(|| {
         shape::list(shape::object(&[
             ("id", shape::count()),

@@ -29,8 +29,8 @@ pub(super) const PROGRESS: Operation =
     Operation::get("/trace", "trace_progress", Role::Developer, "The trace that this connection records")
         .pace(Pace::Prompt)
         .parameters(&[])
-        .answers(entry, |_, ask| {
-            answer(ask.caller.connection.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
+        .answers(entry, |_, request| {
+            answer(request.caller.connection.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
         });
 
 pub(super) const END: Operation = Operation::delete(
@@ -40,7 +40,9 @@ pub(super) const END: Operation = Operation::delete(
     "Stops this connection's trace and writes its file",
     Pace::Prompt,
 )
-.answers(entry, |_, ask| answer(ask.caller.connection.with_trace(|trace| trace.end()).map_err(in_conflict)?));
+.answers(entry, |_, request| {
+    answer(request.caller.connection.with_trace(|trace| trace.end()).map_err(in_conflict)?)
+});
 
 /// Maximum number of connections that record at once.
 const MAX_TRACES: usize = 32;
@@ -61,16 +63,16 @@ fn answer(entry: TraceEntry) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(json!(entry)))
 }
 
-fn record(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let Named { file } = ask.body()?;
-    if ask.caller.connection.traces() >= MAX_TRACES {
+fn record(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let Named { file } = request.body()?;
+    if request.caller.connection.traces() >= MAX_TRACES {
         return Err(Problem::too_many());
     }
-    let file = match ask.caller.local {
+    let file = match request.caller.local {
         Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
-        None => recordings::new_file(surface, ask, &file.to_string_lossy(), "json")?,
+        None => recordings::new_file(surface, request, &file.to_string_lossy(), "json")?,
     };
-    let begun = ask.caller.connection.with_trace(|trace| trace.record(surface.agent.composer(), &file));
+    let begun = request.caller.connection.with_trace(|trace| trace.record(surface.agent.composer(), &file));
     begun.map_err(in_conflict)?;
     Ok(OperationAnswer::Nothing)
 }

@@ -7,7 +7,7 @@ use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::Property;
 use slate_blackboard::interface::Descriptor;
-use slate_runtime::Mistake;
+use slate_runtime::ErrorCode;
 
 use super::{API_VERSION, TOKEN, shape};
 use crate::Role;
@@ -49,7 +49,7 @@ pub(super) const DOCUMENTS: Operation = Operation::get(
     "/documents",
     "documents",
     Role::Viewer,
-    "What the program tells beside the blackboard, such as the world of a simulator: names",
+    "Documents of the program beside the blackboard, such as the world of a simulator: names",
 )
 .answers(|| shape::list(shape::text()), documents);
 
@@ -62,7 +62,7 @@ const MAX_INLINE_SIZE: usize = 4096;
 
 pub(super) fn agent(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
     let stopped = surface.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
     Ok(OperationAnswer::json(json!({
@@ -70,7 +70,7 @@ pub(super) fn agent(
         "name": surface.name(),
         "version": env!("CARGO_PKG_VERSION"),
         "run": surface.session,
-        "role": ask.caller.role.name(),
+        "role": request.caller.role.name(),
         "time": surface.now(),
         "lockstep": surface.is_lockstep,
         "stopped": stopped,
@@ -80,12 +80,12 @@ pub(super) fn agent(
 
 pub(super) fn properties(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let pattern = ask.query.get("pattern").map(|pattern| ask.own_url(pattern));
-    let values = ask.query.flag("values")?;
+    let pattern = request.query.get("pattern").map(|pattern| request.own_url(pattern));
+    let values = request.query.flag("values")?;
     let found = surface.agent.properties.list(pattern.as_deref()).map_err(|refusal| {
-        let is_unknown = refusal.code.as_deref() == Some(Mistake::Name.code());
+        let is_unknown = refusal.code.as_deref() == Some(ErrorCode::Name.code());
         Problem::refused(if is_unknown { StatusCode::NOT_FOUND } else { StatusCode::BAD_REQUEST }, refusal)
     })?;
     let is_elsewhere = pattern.is_some_and(|pattern| surface.agent.properties.remote.of(&pattern).is_some());
@@ -139,9 +139,9 @@ pub(super) fn interfaces(
 
 pub(super) fn interface(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let name = ask.part("interface");
+    let name = request.part("interface");
     let known = known(surface);
     let descriptor = known.get(name).ok_or_else(|| {
         let near = slate_blackboard::nearest_names(name, known.keys().copied());
@@ -163,9 +163,9 @@ pub(super) fn documents(
 
 pub(super) fn document(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let name = ask.part("document");
+    let name = request.part("document");
     let found = surface.documents().into_iter().find(|document| document.name == name);
     let unknown =
         || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");

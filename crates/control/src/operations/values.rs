@@ -1,4 +1,4 @@
-//! Values, in the form that is asked for.
+//! Values, in the requested form.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use crate::entries::Reading;
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::{Access, BoardError, Url};
-use slate_runtime::{Message, Mistake};
+use slate_runtime::{ErrorCode, Message};
 
 use super::{TOKEN, shape};
 use crate::Role;
@@ -118,13 +118,13 @@ impl ValueForm {
 
     /// Returns the form that `format` or `Accept` name.
     /// `picture` is true if the property is an image.
-    fn of(ask: &OperationRequest, picture: bool) -> Result<Self, Problem> {
-        if let Some(name) = ask.query.get("format") {
+    fn of(request: &OperationRequest, picture: bool) -> Result<Self, Problem> {
+        if let Some(name) = request.query.get("format") {
             let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
-            let help = "there are json, text, png, jpeg, mjpeg and events";
+            let help = "expected json, text, png, jpeg, mjpeg or events";
             return found.ok_or_else(|| Problem::bad(format!("`format` is `{name}`"), help));
         }
-        let wanted = ask.accept.split(',').map(|kind| kind.split(';').next().unwrap_or_default().trim());
+        let wanted = request.accept.split(',').map(|kind| kind.split(';').next().unwrap_or_default().trim());
         let mut wanted = wanted.filter(|kind| !kind.is_empty()).peekable();
         if wanted.peek().is_none() {
             return Ok(Self::Json);
@@ -137,18 +137,18 @@ impl ValueForm {
         };
         wanted.find_map(form).ok_or_else(|| {
             let kinds: Vec<_> = Self::ALL.iter().map(|(_, _, kind)| *kind).collect();
-            let help = format!("there are {}", kinds.join(", "));
-            Problem::new(StatusCode::NOT_ACCEPTABLE, format!("nothing here is `{}`", ask.accept), help)
+            let help = format!("available: {}", kinds.join(", "));
+            Problem::new(StatusCode::NOT_ACCEPTABLE, format!("nothing here is `{}`", request.accept), help)
         })
     }
 }
 
 /// Returns the URL of a path.
-pub(super) fn url(ask: &OperationRequest) -> Result<Url, Problem> {
-    let text = format!("slate://{}/{}", ask.part("agent"), ask.board_path("path"));
-    Url::parse(&ask.own_url(&text)).map_err(|error| {
+pub(super) fn url(request: &OperationRequest) -> Result<Url, Problem> {
+    let text = format!("slate://{}/{}", request.part("agent"), request.board_path("path"));
+    Url::parse(&request.own_url(&text)).map_err(|error| {
         let help = "such as /api/v1/slate/exp1/r2/planner/state";
-        match ask.caller.local {
+        match request.caller.local {
             // A tool tells a wrong URL from a name that nothing has.
             Some(_) => Problem::unfit(error.to_string(), help),
             None => Problem::not_found(error.to_string(), help),
@@ -172,20 +172,20 @@ fn unknown(error: BoardError) -> Problem {
 
 pub(super) fn read(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let url = url(ask)?;
-    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
-    let bare = ask.query.flag("bare")?;
-    let rate = ask.query.number("rate", 0.01, 100.0)?.unwrap_or(DEFAULT_RATE);
-    let every = ask.query.flag("every")?;
-    let quality = match ask.query.count("quality", 100)? {
+    let url = url(request)?;
+    let selection = Selection::parse(request.query.get("pointer"), request.query.get("select"))?;
+    let bare = request.query.flag("bare")?;
+    let rate = request.query.number("rate", 0.01, 100.0)?.unwrap_or(DEFAULT_RATE);
+    let every = request.query.flag("every")?;
+    let quality = match request.query.count("quality", 100)? {
         Some(0) => return Err(Problem::bad("`quality` is 0", "it is a whole number from 1 to 100")),
         quality => quality.map_or(80, |quality| quality as u8),
     };
     let Some(path) = own_path(surface, &url) else {
-        return match ValueForm::of(ask, false)? {
-            ValueForm::Json | ValueForm::Text => elsewhere(surface, ask, &url, &selection, bare),
+        return match ValueForm::of(request, false)? {
+            ValueForm::Json | ValueForm::Text => elsewhere(surface, request, &url, &selection, bare),
             _ => Err(Problem::unfit(
                 "a stream or a picture is of this agent's properties",
                 "ask the other agent",
@@ -195,16 +195,16 @@ pub(super) fn read(
     let (property, field) = surface.board().find(&path).map_err(unknown)?;
     if property.access() == Access::Messages {
         let message = format!("/{} takes messages, and has no value", property.path());
-        return Err(Problem::unfit(message, KNOWN).of(Mistake::Messages));
+        return Err(Problem::unfit(message, KNOWN).of(ErrorCode::Messages));
     }
     let picture = is_picture(property.descriptor()) && field.is_empty();
-    let form = ValueForm::of(ask, picture)?;
+    let form = ValueForm::of(request, picture)?;
     if matches!(form, ValueForm::Png | ValueForm::Jpeg | ValueForm::Mjpeg) && !picture {
         let message = format!("/{path} is {}, and no image", property.descriptor().name);
         return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, message, "ask for application/json"));
     }
     let follow = |content| {
-        let watcher = Watcher::new(surface, &path, ask.last_event.unwrap_or(0))?;
+        let watcher = Watcher::new(surface, &path, request.last_event.unwrap_or(0))?;
         let period = Duration::from_secs_f64(1.0 / rate);
         Ok(OperationAnswer::ValueStream(ValueStream {
             surface: Arc::clone(surface),
@@ -222,12 +222,13 @@ pub(super) fn read(
                 }
                 None => (Json::Null, 0, 0),
             };
-            tell(&selection.of(&value)?, sequence, time, form, bare)
+            value_answer(&selection.of(&value)?, sequence, time, form, bare)
         }
         ValueForm::Png | ValueForm::Jpeg => {
             let nothing = || Problem::not_found(format!("there is no picture at /{path} yet"), "wait for it");
             let (bytes, items, _) = property.newest()?.ok_or_else(nothing)?;
-            let wrong = || Problem::unfit(format!("the image at /{path} says more than it holds"), "");
+            let wrong =
+                || Problem::unfit(format!("the image at /{path} has fewer bytes than its size requires"), "");
             let picture = Picture::of(property.descriptor(), &bytes, items).ok_or_else(wrong)?;
             if form == ValueForm::Png {
                 return Ok(OperationAnswer::Bytes("image/png", picture.png()));
@@ -243,24 +244,24 @@ pub(super) fn read(
 /// Returns a value of another agent, or of the team's knowledge.
 fn elsewhere(
     surface: &ControlSurface,
-    ask: &OperationRequest,
+    request: &OperationRequest,
     url: &Url,
     selection: &Selection,
     bare: bool,
 ) -> Result<OperationAnswer, Problem> {
     let read = surface.agent.properties.read(&url.to_string());
-    let read = read.map_err(|refusal| match ask.caller.local {
+    let read = read.map_err(|refusal| match request.caller.local {
         // A tool tells an agent that is not there from a name that nothing has.
         Some(_) if refusal.code.is_none() => Problem::refused(StatusCode::CONFLICT, refusal),
         _ => Problem::refused(StatusCode::NOT_FOUND, refusal),
     })?;
     let reading: Option<Reading> = serde_json::from_value(read).unwrap_or_default();
     let reading = reading.unwrap_or(Reading { value: Json::Null, sequence: 0, time: 0 });
-    let form = ValueForm::of(ask, false)?;
-    tell(&selection.of(&reading.value)?, reading.sequence, reading.time, form, bare)
+    let form = ValueForm::of(request, false)?;
+    value_answer(&selection.of(&reading.value)?, reading.sequence, reading.time, form, bare)
 }
 
-fn tell(
+fn value_answer(
     value: &Json,
     sequence: u64,
     time: u64,
@@ -287,17 +288,17 @@ pub(super) fn version(sequence: u64) -> String {
 
 pub(super) fn queue(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
-    let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
-    let limit = ask.query.count("limit", MAX_LIMIT)?.unwrap_or(DEFAULT_LIMIT);
-    let url = url(ask)?;
+    let selection = Selection::parse(request.query.get("pointer"), request.query.get("select"))?;
+    let after = request.query.count("after", u64::MAX)?.unwrap_or(0);
+    let limit = request.query.count("limit", MAX_LIMIT)?.unwrap_or(DEFAULT_LIMIT);
+    let url = url(request)?;
     let elsewhere = || Problem::unfit("a queue is of this agent's properties", "ask the other agent");
     let path = own_path(surface, &url).ok_or_else(elsewhere)?;
     let kept = surface.board().history(&path).map_err(unknown)?;
     let oldest = kept.first().map_or(after.saturating_add(1), |(_, stamp)| stamp.sequence);
-    // Without a place to go on from, nothing is missed.
+    // Without a place to continue from, nothing is missed.
     let lost = if after == 0 { 0 } else { oldest.saturating_sub(after.saturating_add(1)) };
     let fresh = kept.into_iter().filter(|(_, stamp)| stamp.sequence > after);
     let mut next = after;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{shape, told};
+use super::{reply, shape};
 use crate::Role;
 use crate::agent::MAX_CALL_DURATION;
 use crate::answer::OperationAnswer;
@@ -55,7 +55,7 @@ pub(super) const MEASURE: Operation = Operation::post(
 )
 .body(|| {
     let urls = json!({ "type": "array", "items": shape::text(), "minItems": 1, "maxItems": 1000 });
-    shape::object(&[("urls", urls), ("time", wait("How long to measure, ms."))])
+    shape::object(&[("urls", urls), ("time", wait("Duration of the measurement, ms."))])
 })
 .answers(|| shape::list(measured()), measure);
 
@@ -98,17 +98,17 @@ struct WatchRequest {
     within: u64,
 }
 
-fn watch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let WatchRequest { mut of, within } = ask.body()?;
-    of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
+fn watch(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let WatchRequest { mut of, within } = request.body()?;
+    of.iter_mut().for_each(|watched| watched.url = request.own_url(&watched.url));
     let is_over = surface.run_end().is_some();
     let within = if is_over { Duration::ZERO } else { Duration::from_millis(within) };
     let news = surface.agent.values.watch(&of, within)?;
     let is_elsewhere = |watched: &Watched| surface.agent.properties.remote.of(&watched.url).is_some();
     match surface.run_end() {
-        // Another agent may go on.
+        // Another agent may continue.
         Some(how) if news.as_array().is_some_and(Vec::is_empty) && !of.iter().any(is_elsewhere) => {
-            Err(Problem::run_over(surface.name(), how, "no new value comes"))
+            Err(Problem::run_over(surface.name(), how, "no new value arrived"))
         }
         _ => Ok(OperationAnswer::json(news)),
     }
@@ -121,8 +121,8 @@ struct MeasureRequest {
     time: u64,
 }
 
-fn measure(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let MeasureRequest { urls, time } = ask.body()?;
-    let urls: Vec<_> = urls.iter().map(|url| ask.own_url(url)).collect();
-    told(surface.agent.values.measure(&urls, Duration::from_millis(time)))
+fn measure(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let MeasureRequest { urls, time } = request.body()?;
+    let urls: Vec<_> = urls.iter().map(|url| request.own_url(url)).collect();
+    reply(surface.agent.values.measure(&urls, Duration::from_millis(time)))
 }

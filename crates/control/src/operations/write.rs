@@ -6,10 +6,10 @@ use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Value, edit};
 use slate_blackboard::{Access, BoardError, Property, is_within};
-use slate_runtime::Mistake;
+use slate_runtime::ErrorCode;
 
 use super::values::{own_path, url, version};
-use super::{DRY_RUN, shape, told};
+use super::{DRY_RUN, reply, shape};
 use crate::Role;
 use crate::agent::enabled;
 use crate::answer::OperationAnswer;
@@ -74,13 +74,13 @@ enum WriteKind {
     },
 }
 
-fn put(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let body: Json = ask.body()?;
-    let target = target(surface, ask, &body)?;
+fn put(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let body: Json = request.body()?;
+    let target = target(surface, request, &body)?;
     if let WriteKind::Setting { fields, .. } = &target.kind
         && fields.is_empty()
     {
-        // What is put is the whole.
+        // PUT replaces the whole value.
         let entries = body.as_object().ok_or_else(|| {
             let message = format!("/{} is an object of fields", target.property.path());
             Problem::unfit(message, "GET /api/v1/interfaces/NAME returns the schema")
@@ -88,28 +88,28 @@ fn put(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operatio
         let help = "PATCH keeps the fields that are not named";
         complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
     }
-    set(surface, ask, &target, &body)
+    set(surface, request, &target, &body)
 }
 
 pub(super) fn patch(
     surface: &Arc<ControlSurface>,
-    ask: &OperationRequest,
+    request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let body: Json = ask.body()?;
+    let body: Json = request.body()?;
     if body.as_object().is_none_or(serde_json::Map::is_empty) {
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
     }
-    let target = target(surface, ask, &body)?;
+    let target = target(surface, request, &body)?;
     if let (WriteKind::Enabled, Some(value)) = (&target.kind, body.get("value")) {
-        return set(surface, ask, &target, &value.clone());
+        return set(surface, request, &target, &value.clone());
     }
-    set(surface, ask, &target, &body)
+    set(surface, request, &target, &body)
 }
 
 /// Returns the alternative to setting a linked input.
 fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
     let port = surface.agent.composer().port(path);
-    // Without the link nobody may set it either.
+    // Without the link it may not be set either.
     if port.is_some_and(|port| matches!(port.role.as_str(), "actuation" | "command")) {
         return "it moves the robot, and has only what passed the gate; drive it by `slate teleop`, or set its goal: slate goal"
             .into();
@@ -118,39 +118,39 @@ fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
 }
 
 /// Resolves a path to a setting that the caller may write.
-fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
-    let url = url(ask)?;
+fn target(surface: &ControlSurface, request: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
+    let url = url(request)?;
     let other = || {
         let message = format!("{url} is of another agent, and only that one changes it");
         let help =
             format!("ask that agent itself: slate set {url} --agent {}", url.agent().unwrap_or_default());
-        Problem::not_found(message, help).of(Mistake::OtherAgent)
+        Problem::not_found(message, help).of(ErrorCode::OtherAgent)
     };
     let path = own_path(surface, &url).ok_or_else(other)?;
     let (property, field) = surface.board().find(&path)?;
-    let not_allowed = |mistake: Mistake, message: String, help: &str, allowed: &str| {
-        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).of(mistake).with("allow", allowed))
+    let not_allowed = |error_code: ErrorCode, message: String, help: &str, allowed: &str| {
+        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).of(error_code).with("allow", allowed))
     };
     let own = property.path().to_owned();
     if !is_within(&path, &own) {
         let message = format!("/{path} is linked, from /{own}");
-        return not_allowed(Mistake::Linked, message, &help_of_linked(surface, &path), "GET");
+        return not_allowed(ErrorCode::Linked, message, &help_of_linked(surface, &path), "GET");
     }
     let Some(module) = module_of(surface, &own) else {
         let message = format!("/{own} is the host's own, which writes it");
         let help = "settings of the host are changed by `slate config set` and PATCH /api/v1/settings";
-        return not_allowed(Mistake::OneWriter, message, help, "GET");
+        return not_allowed(ErrorCode::OneWriter, message, help, "GET");
     };
     let external = property.external();
     if !external.is_empty() {
         let message = format!("/{own} has the values of {external}, and a property has one writer");
-        return not_allowed(Mistake::OneWriter, message, "send the value there", "GET");
+        return not_allowed(ErrorCode::OneWriter, message, "send the value there", "GET");
     }
     match property.access() {
         Access::Setting if surface.agent.properties.access(&property) == "queue" => {
             let message = format!("/{own} is a queue, which takes the values of its link alone");
             let help = format!("link it: slate link {own} PROPERTY, or PUT /api/v1/links/{own}");
-            return not_allowed(Mistake::OneWriter, message, &help, "GET");
+            return not_allowed(ErrorCode::OneWriter, message, &help, "GET");
         }
         Access::Setting => {}
         Access::Output => {
@@ -159,12 +159,12 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
                 "set what the module works with: `slate list '/{module}/*'` shows its inputs and params; or link its \
                  readers to another property: slate link"
             );
-            return not_allowed(Mistake::OneWriter, message, &help, "GET");
+            return not_allowed(ErrorCode::OneWriter, message, &help, "GET");
         }
         Access::Messages => {
             let message = format!("/{own} takes messages of modules that are linked to it");
             let help = "send one: slate send, or POST; or link the output of a module to it: slate link";
-            return not_allowed(Mistake::Messages, message, help, "POST");
+            return not_allowed(ErrorCode::Messages, message, help, "POST");
         }
     }
     let port = &own[module.len() + 1..];
@@ -183,10 +183,10 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
         WriteKind::Enabled => false,
         WriteKind::Setting { is_parameter, .. } => !is_parameter || surface.is_operable(&path, body),
     };
-    if !is_for_operators && ask.caller.role < Role::Developer {
+    if !is_for_operators && request.caller.role < Role::Developer {
         let message = format!(
             "{} may not do this: parameters and switches are a developer's",
-            ask.caller.role.with_article()
+            request.caller.role.with_article()
         );
         let help = "ask with the token of a developer, or let `console.operable` have what operators set";
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
@@ -202,14 +202,14 @@ fn module_of(surface: &ControlSurface, path: &str) -> Option<String> {
 
 fn set(
     surface: &Arc<ControlSurface>,
-    asked: &OperationRequest,
+    request: &OperationRequest,
     target: &WriteTarget,
     body: &Json,
 ) -> Result<OperationAnswer, Problem> {
-    let dry = asked.is_dry()?;
-    // One at a time, so that of two who have seen one version only the first one changes it.
+    let dry = request.is_dry()?;
+    // One at a time, so that of two clients with one version only the first changes it.
     let _turn = surface.turn();
-    let holds = || check_version(asked, &target.property);
+    let holds = || check_version(request, &target.property);
     let (path, fields, is_parameter) = match &target.kind {
         WriteKind::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
         WriteKind::Enabled => {
@@ -245,7 +245,7 @@ fn set(
     };
     if dry {
         holds()?;
-        return told(surface.agent.settings.set(&changes, true));
+        return reply(surface.agent.settings.set(&changes, true));
     }
     let changed = surface.agent.settings.set_if(&changes, holds)?;
     Ok(OperationAnswer::json(serde_json::to_value(changed).unwrap_or_default()))
@@ -299,8 +299,8 @@ fn value(body: &Json) -> Result<Value, Problem> {
 }
 
 /// Refuses a change of a value that is not the one the caller has seen.
-fn check_version(ask: &OperationRequest, property: &Property) -> Result<(), Problem> {
-    let Some(wanted) = &ask.if_match else { return Ok(()) };
+fn check_version(request: &OperationRequest, property: &Property) -> Result<(), Problem> {
+    let Some(wanted) = &request.if_match else { return Ok(()) };
     let newest = property.newest()?.map_or(0, |(_, _, stamp)| stamp.sequence);
     let present = version(newest);
     let mut wanted = wanted.split(',').map(str::trim);
@@ -311,10 +311,10 @@ fn check_version(ask: &OperationRequest, property: &Property) -> Result<(), Prob
     Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
 }
 
-fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let body: Json = ask.body()?;
-    let dry = ask.is_dry()?;
-    let url = url(ask)?;
+fn send(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let body: Json = request.body()?;
+    let dry = request.is_dry()?;
+    let url = url(request)?;
     if let Some(path) = own_path(surface, &url) {
         let (property, field) = surface.board().find(&path)?;
         if property.access() == Access::Messages && !field.is_empty() {
@@ -324,13 +324,13 @@ fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
             let message = format!("/{} takes no messages", property.path());
             let help = "`slate set` and PUT set what can be set; `slate list` shows what there is";
             let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help);
-            return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
+            return Err(problem.of(ErrorCode::Value).with("allow", "GET, PUT, PATCH"));
         }
         let port = surface.agent.composer().port(property.path());
-        if port.is_some_and(|port| port.role == DEVELOPER_ROLE) && ask.caller.role < Role::Developer {
+        if port.is_some_and(|port| port.role == DEVELOPER_ROLE) && request.caller.role < Role::Developer {
             let message = format!(
                 "{} may not do this: orders to /{path} are a developer's",
-                ask.caller.role.with_article()
+                request.caller.role.with_article()
             );
             let help = "ask with the token of a developer";
             return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
@@ -338,8 +338,8 @@ fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<Operati
     }
     let sent = surface.agent.messages.send(&url.to_string(), &body, dry);
     let status = sent.map_err(|refusal| {
-        let status = match refusal.code.as_deref().and_then(Mistake::from_code) {
-            Some(Mistake::OtherAgent) => StatusCode::NOT_FOUND,
+        let status = match refusal.code.as_deref().and_then(ErrorCode::from_code) {
+            Some(ErrorCode::OtherAgent) => StatusCode::NOT_FOUND,
             Some(_) => StatusCode::UNPROCESSABLE_ENTITY,
             None => StatusCode::CONFLICT,
         };

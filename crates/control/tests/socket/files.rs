@@ -56,7 +56,7 @@ fn a_setting_for_the_next_start_waits_and_blocks_nothing_else() {
     };
     let every = ("modules.relay.every".to_owned(), Some("\"50ms\"".to_owned()), None);
     assert_eq!(waiting(&mut client), std::slice::from_ref(&every));
-    // Later edits and saves go on, and save nothing of what waits.
+    // Later edits and saves continue, and save nothing of what waits.
     std::fs::write(&path, with("every = '50ms'").replace("first = 2.0", "first = 9.0")).unwrap();
     eventually(|| number(&agent, "teller/params/first") == 9.0);
     client.set(&[change("modules.teller.params.second", "3.5")]).unwrap();
@@ -133,7 +133,7 @@ fn changes_are_saved_with_the_comments_of_the_file() {
 }
 
 #[test]
-fn an_edit_that_is_refused_is_told_and_not_overwritten() {
+fn refused_edit_is_reported_and_not_overwritten() {
     let path = file("refused");
     let agent =
         load(&Database::open(&path, configuration::Options::default()).unwrap(), MemoryTarget::default());

@@ -77,7 +77,7 @@ impl Module for Teller {
     }
 }
 
-/// Held while a door shall not come to be.
+/// Held while no door may be created.
 static DOOR: Mutex<()> = Mutex::new(());
 
 /// Is made as soon as it may.
@@ -217,7 +217,7 @@ fn a_panic_is_in_the_log_with_its_message_and_place() {
 }
 
 #[test]
-fn what_tools_do_is_in_the_log() {
+fn actions_of_tools_are_logged() {
     let log = MemoryTarget::default();
     let agent = load(&database("logged"), log.clone());
     let server = Server::open(&agent).unwrap();

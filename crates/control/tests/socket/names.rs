@@ -1,9 +1,9 @@
-//! Whatever is asked for by a name that nothing has: the answer says what may have been meant.
+//! Requests with unknown names: the answer suggests similar names.
 
 use super::*;
 
 #[test]
-fn what_is_unknown_is_refused_with_the_nearest_names() {
+fn unknown_name_is_refused_with_nearest_names() {
     let (_agent, _server, mut client) = open("nearest");
     let mut nearest = |says: &str, call: &mut dyn FnMut(&mut Client) -> Option<Refusal>| {
         let Some(Refusal { message, help, .. }) = call(&mut client) else {
@@ -45,7 +45,7 @@ fn what_is_unknown_is_refused_with_the_nearest_names() {
         why(client.set(&[change("modules.tellr.params.first", "1")]))
     });
 
-    // What has no match behind a star is no mistake.
+    // What has no match behind a star is no error.
     assert!(client.properties(Some("/teller/*/nothing")).unwrap().is_empty());
     assert!(client.revert("modules.teller").unwrap().is_empty());
 }
@@ -120,7 +120,7 @@ fn a_url_means_the_same_with_and_without_a_slash() {
                 assert_eq!(Raw::connect(&server).ask("DELETE", &given_back, "").0, 200);
             }
             answer.as_object_mut().and_then(|fields| fields.remove("lease"));
-            // Who measures is told what was measured, as it was named.
+            // The measurement is reported under the requested name.
             answer.get_mut(0).and_then(|one| one.get_mut("url")).map(Value::take);
             asked.push((status, answer));
         }

@@ -89,7 +89,7 @@ fn an_invalid_setting_is_refused_whole_without_a_false_place() {
 }
 
 #[test]
-fn what_is_set_to_what_holds_anyway_is_no_difference() {
+fn setting_to_present_value_is_no_difference() {
     let (_agent, _server, mut client) = open("same");
     let mut left = |changes: &[(&str, &str)]| {
         client.set(&changes.iter().map(|(path, value)| change(path, value)).collect::<Vec<_>>()).unwrap();
@@ -150,7 +150,7 @@ fn switching_what_does_nothing_is_refused() {
     assert!(clock.message.contains("`counter` is the time source"), "{clock:?}");
     assert!(agent.step());
     let before = agent.now();
-    assert!(agent.step() && agent.now() > before, "time goes on");
+    assert!(agent.step() && agent.now() > before, "time continues");
     // Each panic but the last one is followed by a fresh start.
     client.set(&[change("modules.teller.params.third", "13")]).unwrap();
     (0..20).for_each(|_| assert!(agent.step()));

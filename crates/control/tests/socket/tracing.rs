@@ -105,7 +105,7 @@ fn two_tools_have_all_of_their_time_in_their_own_files() {
 }
 
 #[test]
-fn who_is_gone_leaves_nothing_and_an_older_file_as_it_was() {
+fn aborted_write_leaves_older_file_unchanged() {
     let (mut agent, server, folder) = traced("gone");
     let file = folder.file("trace.json");
     std::fs::write(&file, "older").unwrap();
@@ -128,7 +128,7 @@ fn who_is_gone_leaves_nothing_and_an_older_file_as_it_was() {
 }
 
 #[test]
-fn what_can_not_be_recorded_is_refused_at_once() {
+fn unrecordable_settings_are_refused_at_once() {
     let (agent, server, folder) = traced("refused");
     let (mut client, mut other) = (connect(&server), connect(&server));
     let mut refuse = |file: &Path, message: &str, help: &str| {
@@ -140,7 +140,7 @@ fn what_can_not_be_recorded_is_refused_at_once() {
     refuse("trace.json".as_ref(), "relative", "absolute");
     refuse(&folder.file("nowhere/trace.json"), "nowhere/trace.json can't be written", exists);
     refuse(&folder.0, "can't be written", exists);
-    refuse("/dev/full".as_ref(), "/dev/full can't be written: there is a device", exists);
+    refuse("/dev/full".as_ref(), "/dev/full can't be written: it is a device", exists);
     assert!(refused(client.trace_progress()).message.contains("records no trace"));
     assert!(refused(client.end_trace()).help.contains("POST /api/v1/trace"));
     let file = folder.file("trace.json");

@@ -28,7 +28,7 @@ impl Raw {
         let _ = self.stream.write_all(body);
     }
 
-    pub fn hear(&mut self) -> (u16, Value) {
+    pub fn receive(&mut self) -> (u16, Value) {
         let mut line = String::new();
         self.reader.read_line(&mut line).unwrap();
         let status = line.split(' ').nth(1).unwrap_or_else(|| panic!("{line:?}")).parse().unwrap();
@@ -48,7 +48,7 @@ impl Raw {
 
     pub fn ask(&mut self, method: &str, path: &str, body: impl AsRef<[u8]>) -> (u16, Value) {
         self.say(method, path, body);
-        self.hear()
+        self.receive()
     }
 }
 
@@ -88,11 +88,11 @@ fn bad_requests_are_answered_with_what_is_wrong() {
     let (status, near) = stream.ask("GET", &format!("/slate/{agent}/teller/tld"), "");
     assert!(status == 404 && near["detail"].as_str().unwrap().contains("teller/told"), "{near}");
     assert_eq!(stream.ask("PATCH", "/settings", "[".repeat(100_000)).0, 400);
-    // It goes on after all of that.
+    // It continues after all of that.
     assert!(stream.ask("GET", "/plugins", "").1.is_array());
     let mut long = Raw::connect(&server);
     long.say("PATCH", "/settings", vec![b'x'; (1 << 20) + 1]);
-    assert_eq!(long.hear().0, 413);
+    assert_eq!(long.receive().0, 413);
 }
 
 #[test]
@@ -103,9 +103,9 @@ fn requests_sent_at_once_are_answered_in_their_order() {
     stream.say("GET", &path, "");
     stream.say("GET", "/wrong", "");
     stream.say("GET", "/plugins", "");
-    assert_eq!(stream.hear().1["value"], json!(2.0));
-    assert_eq!(stream.hear().0, 404);
-    assert!(stream.hear().1.is_array());
+    assert_eq!(stream.receive().1["value"], json!(2.0));
+    assert_eq!(stream.receive().0, 404);
+    assert!(stream.receive().1.is_array());
 }
 
 proptest! {
@@ -123,7 +123,7 @@ proptest! {
 }
 
 #[test]
-fn callers_that_are_silent_or_hear_nothing_hold_nobody_up() {
+fn silent_or_deaf_callers_block_no_other() {
     let (_agent, server, mut client) = open("silent");
     let mut silent: Vec<_> = (0..20).map(|_| Raw::connect(&server)).collect();
     // These ask without end and never listen, until nothing more goes into the socket.
@@ -142,7 +142,7 @@ fn callers_that_are_silent_or_hear_nothing_hold_nobody_up() {
 }
 
 #[test]
-fn a_caller_that_says_for_whom_it_asks_is_in_the_log() {
+fn log_names_the_person_behind_a_caller() {
     let log = MemoryTarget::default();
     let agent = load(&database("caller"), log.clone());
     let server = Server::open(&agent).unwrap();
@@ -169,7 +169,7 @@ fn names_are_taken_once_and_free_again() {
     drop(first);
     assert!(!socket.exists() && !lock.exists());
     assert!(matches!(Client::connect(&name("names")), Err(ClientError::NoAgent { .. })));
-    // What an agent leaves that is killed: a socket that nobody listens at.
+    // A killed agent leaves a socket without a listener.
     drop(std::os::unix::net::UnixListener::bind(&socket).unwrap());
     assert!(socket.exists() && !agents().contains(&name("names")));
     assert!(matches!(Client::connect(&name("names")), Err(ClientError::NoAgent { .. })));

@@ -80,7 +80,7 @@ fn run_child(plugins: &[Plugin]) -> io::Result<()> {
 }
 
 /// Descriptors that a library of the host has left open.
-#[allow(unsafe_code, reason = "closing what nobody in this process knows of")]
+#[allow(unsafe_code, reason = "closing files that this process did not open")]
 fn close_inherited(stream: &UnixStream) {
     use std::os::fd::AsRawFd;
     let Ok(entries) = std::fs::read_dir("/proc/self/fd") else { return };
@@ -140,7 +140,7 @@ fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Child
         }
     };
     if begin.memory > 0 {
-        // What is mapped by now, arenas above all, is not the module's.
+        // Memory mapped until now, such as arenas, is not the module's.
         let used = address_space().map_err(|error| failed("read its size", error))?;
         let maximum = getrlimit(Resource::As).maximum;
         let limit = Rlimit { current: Some(used + begin.memory), maximum };

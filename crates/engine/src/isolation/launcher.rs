@@ -37,9 +37,9 @@ pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> 
         std::thread::Builder::new().name("launcher".into()).spawn(move || serve(&served))?;
         *launcher = Some(requests);
     }
-    let asked = launcher.as_ref().is_some_and(|launcher| launcher.send((command, sender)).is_ok());
+    let is_sent = launcher.as_ref().is_some_and(|launcher| launcher.send((command, sender)).is_ok());
     drop(launcher);
-    match (asked, receiver.recv()) {
+    match (is_sent, receiver.recv()) {
         (true, Ok(child)) => Ok((child?, stream)),
         _ => Err(io::Error::other("the thread that starts processes has ended")),
     }

@@ -67,7 +67,7 @@ pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
                 return described;
             }
         }
-        // There is no instance, so this only closes the library and ends.
+        // It has no instance, so this only closes the library and ends.
         let _ = process.request(Topic::Destroy, &[], START_TIMEOUT);
         process.finish();
         Ok(())

@@ -51,7 +51,7 @@ struct GrowingBlock(Option<Block>);
 impl GrowingBlock {
     fn ensure(&mut self, arena: &Arc<Arena>, bytes: usize) -> Result<*mut u8, OutOfMemory> {
         if self.0.as_ref().is_none_or(|block| block.size() < bytes) {
-            // What is too small goes first, so that it can be part of what comes.
+            // Too small blocks are freed first, so that their memory can be reused.
             self.0 = None;
             self.0 =
                 Some(arena.block(bytes.checked_next_power_of_two().ok_or(OutOfMemory)?).ok_or(OutOfMemory)?);

@@ -226,7 +226,7 @@ unsafe extern "C" fn tick(instance: *mut (), frame: *const Frame) -> i32 {
 }
 
 unsafe extern "C" fn save(instance: *const (), sink: *const Sink) -> i32 {
-    // SAFETY: as for `tick`; nobody else uses it during the call.
+    // SAFETY: as for `tick`; it has no other user during the call.
     unsafe { (*instance.cast_mut().cast::<Proxy>()).request(Topic::Save, &[], sink) }
 }
 

@@ -63,7 +63,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_taken_is_aligned_apart_and_comes_back(
+        fn allocations_are_aligned_disjoint_and_freed(
             steps in prop::collection::vec((any::<bool>(), 0..9 * GRANULARITY, 0..9_u32), 1..200),
         ) {
             let mut spans = Spans::new(LENGTH);
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn mismatch_is_refused() {
         let mut spans = Spans::new(LENGTH);
         assert_eq!(spans.allocate(LENGTH + 1, 1), None);
         assert_eq!(spans.allocate(usize::MAX, 1), None);

@@ -76,10 +76,7 @@ impl Supervisor {
 
     /// Describes the limit of restarts, for the message that it was reached.
     pub fn too_often() -> String {
-        format!(
-            "it was started anew {RESTART_LIMIT} times within {} s and stays off",
-            RESTART_WINDOW / SECOND
-        )
+        format!("it was restarted {RESTART_LIMIT} times within {} s and stays off", RESTART_WINDOW / SECOND)
     }
 
     /// Describes the limit of restarts for an isolated module.

@@ -83,7 +83,7 @@ impl PrivateCopy {
 
 impl Drop for PrivateCopy {
     fn drop(&mut self) {
-        // What can't be removed is in a folder for temporary files.
+        // A remaining file is in a temporary folder.
         let _ = fs::remove_file(&self.file);
         let _ = fs::remove_dir(&self.folder);
     }
@@ -96,7 +96,7 @@ fn is_at(open: &File, path: &Path) -> bool {
 }
 
 /// Removes the copies of this user's processes that were killed.
-/// Nobody has their folders locked, which also holds for processes in containers, and no process has their number, as
+/// Their folders are not locked, which also holds for processes in containers, and no process has their number, as
 /// agents of older versions lock nothing.
 fn remove_stale(temporary_folder: &Path) {
     let Ok(entries) = fs::read_dir(temporary_folder) else { return };
@@ -107,7 +107,7 @@ fn remove_stale(temporary_folder: &Path) {
         let own = fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir() && found.uid() == user);
         let Some(folder) = own.then(|| File::open(&path).ok()).flatten() else { continue };
         if folder.try_lock().is_ok() && is_at(&folder, &path) {
-            // What can't be removed stays for the next one.
+            // A remaining file is left to the next process.
             let _ = fs::remove_dir_all(&path);
         }
     }

@@ -106,7 +106,7 @@ impl LoadedHeaders<'_> {
         let (address, offset) = (segment.p_vaddr(self.endian), segment.p_offset(self.endian));
         let (in_file, in_memory) = (segment.p_filesz(self.endian), segment.p_memsz(self.endian));
         let is_whole = self.mapped(address, in_file, Some(offset)).is_some()
-            // What threads have of their own is copied, and what is zero in it is nowhere.
+            // Thread-local data is copied, and its zeros are not in the file.
             && (kind == elf::PT_TLS || self.mapped(address, in_memory, None).is_some());
         if is_whole { Ok(()) } else { Err("is not in what is loaded") }
     }

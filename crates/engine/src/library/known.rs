@@ -66,7 +66,7 @@ impl KnownLibraries {
     /// # Errors
     /// It is damaged. It stays known as it was.
     pub fn check(&self, library: &Path) -> Result<bool, LibraryError> {
-        // What can't be read is refused when it is loaded.
+        // An unreadable file is refused at load.
         let Ok(present) = KnownLibrary::read(library) else { return Ok(false) };
         let mut known = self.read();
         let before = known.iter().position(|known| known.path == present.path).map(|at| known.remove(at));
@@ -76,7 +76,9 @@ impl KnownLibraries {
         if before.as_ref().is_some_and(|before| before.written == present.written) {
             return Err(LibraryError {
                 file: library.into(),
-                problem: "is damaged: its bytes have changed since it was loaded last, and nobody has written to it".into(),
+                problem:
+                    "is damaged: its bytes have changed since it was last loaded, without a write to the file"
+                        .into(),
                 help: "build or copy it again, and look after the disk".into(),
             });
         }
@@ -88,7 +90,7 @@ impl KnownLibraries {
     }
 
     fn read(&self) -> Vec<KnownLibrary> {
-        // What is no such file is replaced.
+        // Any other file is replaced.
         let is_small =
             fs::metadata(&self.file).is_ok_and(|found| found.is_file() && found.len() <= FILE_SIZE_LIMIT);
         let text = is_small.then(|| fs::read(&self.file).ok()).flatten();

@@ -108,7 +108,7 @@ pub(crate) fn open(
     outline: &LibraryOutline,
 ) -> Result<Plugin, LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
-    // SAFETY: opening runs the library's initialisers, which is what loading a plugin means; it was checked to be a
+    // SAFETY: opening runs the library's initializers, which is what loading a plugin means; it was checked to be a
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|error| {
@@ -168,11 +168,7 @@ pub(crate) fn make(
     if declared != provided {
         return Err(LibraryError {
             file: file.into(),
-            problem: format!(
-                "says that it brings {}, but brings {}",
-                declared.join(", "),
-                provided.join(", ")
-            ),
+            problem: format!("declares {}, but contains {}", declared.join(", "), provided.join(", ")),
             help: "make its section `.slate` and its table agree".into(),
         });
     }
@@ -207,7 +203,7 @@ pub(crate) fn robot_text(
 /// No function of Rust may be null.
 ///
 /// # Safety
-/// There is a table, but for its calls.
+/// The table exists, without its calls.
 unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
     let calls = [
         ("describe", offset_of!(ModuleTable, describe)),
@@ -224,7 +220,7 @@ unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
 }
 
 /// Returns the system's message, which is the source of the error.
-/// The copy's name is removed, as it helps nobody.
+/// The copy's name is removed, as it is useless.
 fn system_message(error: &libloading::Error, copy: &Path) -> String {
     let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     text.replace(&format!("{}: ", copy.display()), "")

@@ -89,7 +89,7 @@ impl<M> Receiver<M> {
     /// Returns the next message, within `timeout`.
     ///
     /// # Errors
-    /// When there is none.
+    /// When the buffer is empty.
     #[allow(clippy::disallowed_methods, reason = "how long nothing comes is a matter of the wall clock")]
     pub fn receive(&self, timeout: Duration) -> Result<M, ReceiveError> {
         if let Some(message) = self.take() {

@@ -218,7 +218,7 @@ impl Logger {
         let messages = self.messages.clone()?;
         let mut modules = self.modules();
         let level = modules.levels.of(name);
-        // A module that is loaded again goes on with the counts of the old one.
+        // A module that is loaded again continues with the counts of the old one.
         let source =
             modules.sources.entry(Arc::clone(name)).or_insert_with(|| Arc::new(LogSource::new(name, level)));
         let source = Arc::clone(source);

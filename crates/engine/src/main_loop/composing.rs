@@ -4,11 +4,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 
 use slate_module::Level;
 
+use super::callback::{Callback, LateCallback};
 use super::cycle::Position;
 use super::gauges::StageGauge;
-use super::guest::{Guest, LateGuest};
 use super::plan::{Plan, PlanParts};
-use super::{Core, Levels, ModuleThreads, Schedule, Seat, SharedLoop, TAKEOVER, Takeover, WatchedModule};
+use super::{
+    Core, Levels, ModuleThreads, RunnerCell, Schedule, SharedLoop, TAKEOVER, Takeover, WatchedModule,
+};
 use crate::actuators::Actuator;
 use crate::clock::TimeSource;
 
@@ -25,9 +27,9 @@ pub(super) struct Prepared {
 pub(super) struct ReplacedParts {
     plans: [Plan; 2],
     actuators: Option<Vec<Arc<Actuator>>>,
-    takeover: Option<Guest<Arc<Takeover>>>,
-    time_source: Option<Guest<dyn TimeSource>>,
-    returned: Vec<LateGuest>,
+    takeover: Option<Callback<Arc<Takeover>>>,
+    time_source: Option<Callback<dyn TimeSource>>,
+    returned: Vec<LateCallback>,
 }
 
 /// Members of the loop: modules, gates and threads, for changes.
@@ -92,7 +94,12 @@ impl SharedLoop {
     /// `levels` holds the modules by their stages, and `threaded` those watched beside them; stale commands of
     /// `actuators` expire in the loop. A module that is no longer among them loses its policy of the loop and its time
     /// source.
-    pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
+    pub fn compose(
+        &self,
+        levels: Vec<Levels>,
+        threaded: Vec<Arc<RunnerCell>>,
+        actuators: Vec<Arc<Actuator>>,
+    ) {
         self.compose_with(levels, threaded, actuators, || Ok::<(), ()>(()));
     }
 
@@ -101,7 +108,7 @@ impl SharedLoop {
     pub fn compose_with<R: Send + 'static, E: Send + 'static>(
         &self,
         levels: Vec<Levels>,
-        threaded: Vec<Arc<Seat>>,
+        threaded: Vec<Arc<RunnerCell>>,
         actuators: Vec<Arc<Actuator>>,
         work: impl FnOnce() -> Result<R, E> + Send + 'static,
     ) -> Option<Result<R, E>> {
@@ -148,7 +155,7 @@ impl SharedLoop {
             let core = unsafe { shared.core() };
             Some(Ok((result, shared.install(core, prepared, actuators))))
         });
-        // What is no longer needed is dropped here and not on the loop.
+        // Unused parts are dropped here and not on the loop.
         match exchanged {
             Ok(Ok((result, _))) => Some(Ok(result)),
             Ok(Err((error, _))) => Some(Err(error)),
@@ -187,7 +194,7 @@ impl SharedLoop {
     /// Lets the watchdog watch the present modules.
     fn watch(&self, parts: &PlanParts) -> Arc<[WatchedModule]> {
         let watched: Arc<[WatchedModule]> =
-            parts.watched().map(|(seat, stage)| WatchedModule { seat, stage }).collect();
+            parts.watched().map(|(cell, stage)| WatchedModule { cell, stage }).collect();
         *self.members.watched() = Arc::clone(&watched);
         // After they can be seen, so that a trace which begins now finds them there or here.
         self.tracing.add_tracks(&watched);
@@ -206,37 +213,38 @@ impl SharedLoop {
         core.selection.replan(planned);
         let plans =
             [std::mem::replace(&mut core.plan, program), std::mem::replace(&mut core.inactive_plan, own)];
-        for seat in plans.iter().flat_map(|plan| &plan.seats) {
+        for cell in plans.iter().flat_map(|plan| &plan.cells) {
             // SAFETY: the caller has the token, between two cycles.
-            unsafe { seat.set_in_turn(false) };
+            unsafe { cell.set_in_turn(false) };
         }
-        for seat in core.plan.seats.iter().chain(&core.inactive_plan.seats) {
+        for cell in core.plan.cells.iter().chain(&core.inactive_plan.cells) {
             // SAFETY: as above; and these are the loop's from now on.
-            unsafe { seat.set_in_turn(true) };
+            unsafe { cell.set_in_turn(true) };
         }
         let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
         // A run that was ended by a step that did not return has left in the middle of its cycle.
         core.position = Position::default();
         self.timeouts.set_deadline(0);
-        let takeover = core.takeover.take_if(|guest| guest.is_removed(&watched));
-        let takeover = takeover.and_then(|guest| core.release_guest(guest));
-        let time_source = core.time_source.take_if(|guest| guest.is_removed(&watched));
-        let returned = core.late_guests.extract_if(.., |late_guests| late_guests.has_returned()).collect();
+        let takeover = core.takeover.take_if(|callback| callback.is_removed(&watched));
+        let takeover = takeover.and_then(|callback| core.release_callback(callback));
+        let time_source = core.time_source.take_if(|callback| callback.is_removed(&watched));
+        let returned =
+            core.late_callbacks.extract_if(.., |late_callbacks| late_callbacks.has_returned()).collect();
         ReplacedParts { plans, actuators, takeover, time_source, returned }
     }
 
     /// Sets the module that may take the loop, which is on the loop.
-    pub fn set_takeover(self: &Arc<Self>, module: Option<(Arc<Takeover>, Arc<Seat>)>) {
+    pub fn set_takeover(self: &Arc<Self>, module: Option<(Arc<Takeover>, Arc<RunnerCell>)>) {
         let planning = self.members.planning();
         let slot = module.as_ref().map(|(takeover, _)| Arc::clone(takeover));
         let before = std::mem::replace(&mut self.members.parts().takeover, slot.clone());
-        let guest =
-            module.map(|(code, seat)| Guest { name: TAKEOVER, seat: Some(seat), code: Box::new(code) });
+        let callback =
+            module.map(|(code, cell)| Callback { name: TAKEOVER, cell: Some(cell), code: Box::new(code) });
         let left = self.between_cycles(&[], move |shared| {
             // SAFETY: a job runs in the thread that holds the token.
             let core = unsafe { shared.core() };
-            let left = std::mem::replace(&mut core.takeover, guest);
-            Some(left.and_then(|guest| core.release_guest(guest)))
+            let left = std::mem::replace(&mut core.takeover, callback);
+            Some(left.and_then(|callback| core.release_callback(callback)))
         });
         drop(left);
         if let Some(before) = before {
@@ -275,7 +283,7 @@ impl SharedLoop {
     pub(super) fn plan_request_here(&self) {
         // SAFETY: the caller has the token; the reference ends before a module's code may run.
         let takeover = unsafe { self.core() }.takeover.as_ref();
-        let Some(takeover) = takeover.filter(|guest| guest.code.has_pending_work()) else { return };
+        let Some(takeover) = takeover.filter(|callback| callback.code.has_pending_work()) else { return };
         let takeover = Arc::clone(&takeover.code);
         // Else another thread changes the agent, and waits for the loop.
         let Some(planning) = self.members.try_planning() else { return };

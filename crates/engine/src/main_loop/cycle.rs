@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::guest::{GuestRemoval, GuestResult, call_guest, remove_guest};
+use super::callback::{CallbackRemoval, CallbackResult, invoke_callback, remove_callback};
 use super::policy::LoopPosition;
 use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
-use super::{Control, Core, Cycle, End, Flow, LoopReplay, STAGE_LIMIT, Seat, SharedLoop, workers};
+use super::{Control, Core, Cycle, End, Flow, LoopReplay, RunnerCell, STAGE_LIMIT, SharedLoop, workers};
 use crate::clock::monotonic;
 use crate::runner::{Runner, StepCall};
 use crate::timing::Span;
@@ -30,13 +30,13 @@ pub(super) struct Position {
     deadline: u64,
     /// Number of stages of this cycle so far.
     stages: u32,
-    /// Index of the next seat, and end of the stage's seats.
-    seat: usize,
+    /// Index of the next cell, and end of the stage's cells.
+    cell: usize,
     end: usize,
     /// True while workers have steps that are not committed yet.
     has_worker_steps: bool,
-    /// Removal of the guest that is being called.
-    pub pending_removal: Option<GuestRemoval>,
+    /// Removal of the callback that is being called.
+    pub pending_removal: Option<CallbackRemoval>,
 }
 
 /// State of the cycle in this thread.
@@ -68,14 +68,14 @@ impl Turn {
     /// Measures a step that has just ended.
     /// It began at the monotonic time `start`, ns.
     #[inline(never)] // Few steps of lockstep are measured.
-    fn measure(&mut self, shared: &SharedLoop, seat: &Seat, runner: &mut Runner, start: u64) {
+    fn measure(&mut self, shared: &SharedLoop, cell: &RunnerCell, runner: &mut Runner, start: u64) {
         // The end of a step is the beginning of the next.
         self.mark = monotonic();
         let duration = self.mark.saturating_sub(start);
         if self.traced {
-            seat.record(shared, start, duration, self.number);
+            cell.record(shared, start, duration, self.number);
         }
-        seat.measure(runner, duration, self.weight(shared, seat.has_deadline, duration));
+        cell.measure(runner, duration, self.weight(shared, cell.has_deadline, duration));
     }
 
     /// Returns the weight of this cycle in the histogram.
@@ -109,9 +109,9 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
     loop {
         // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
         let next = unsafe { next_step(shared, shared.core(), &mut turn) };
-        let (seat, call) = match next {
-            // SAFETY: the core keeps the seat alive.
-            Next::Step(seat, call) => (unsafe { &*seat }, call),
+        let (cell, call) = match next {
+            // SAFETY: the core keeps the cell alive.
+            Next::Step(cell, call) => (unsafe { &*cell }, call),
             Next::NotDue => continue,
             Next::StageOver => match next_stage(shared, &mut turn) {
                 Stages::Next => continue,
@@ -119,20 +119,20 @@ pub fn cycle(shared: &SharedLoop) -> Flow {
                 Stages::Lost => return Flow::Lost,
             },
         };
-        let start = if turn.timed || seat.has_deadline { turn.mark() } else { 0 };
-        seat.begin(false, start);
-        // SAFETY: the runner was prepared, and the seat keeps others out.
+        let start = if turn.timed || cell.has_deadline { turn.mark() } else { 0 };
+        cell.begin(false, start);
+        // SAFETY: the runner was prepared, and the cell keeps others out.
         let code = unsafe { call.make() };
-        if !seat.end(code) {
+        if !cell.end(code) {
             return Flow::Lost;
         }
         // SAFETY: the step was not given up, so this thread still holds the token.
         unsafe {
-            let (core, runner) = (shared.core(), seat.runner());
+            let (core, runner) = (shared.core(), cell.runner());
             if start == 0 {
                 turn.mark = 0;
             } else {
-                turn.measure(shared, seat, runner, start);
+                turn.measure(shared, cell, runner, start);
             }
             if core.position.has_worker_steps {
                 commit_workers(shared, core, &mut turn, runner);
@@ -157,7 +157,7 @@ fn commit_workers(shared: &SharedLoop, core: &mut Core, turn: &mut Turn, runner:
 /// `None` if the time source did not return.
 fn begin(shared: &SharedLoop) -> Option<Turn> {
     let (is_in_cycle, last) = {
-        // SAFETY: this thread holds the token; the reference ends before the time source is asked.
+        // SAFETY: this thread holds the token; the reference ends before the call of the time source.
         let core = unsafe { shared.core() };
         if let Some(remove_late) = core.position.pending_removal.take() {
             let text = format!("{} did not return; the default holds", remove_late(core));
@@ -201,16 +201,16 @@ fn time_of_next(shared: &SharedLoop, last: Option<u64>) -> Option<u64> {
         let time = playback.playback.next(last, planned);
         return Some(last.map_or(time, |last| if time < last { last } else { time }));
     }
-    match call_guest::<TimeRole, _>(shared, |source| source.next(last, planned)) {
-        GuestResult::Answer(time) => match last {
+    match invoke_callback::<TimeRole, _>(shared, |source| source.next(last, planned)) {
+        CallbackResult::Answer(time) => match last {
             Some(last) if time < last => {
                 shared.measures.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
                 Some(last)
             }
             _ => Some(time),
         },
-        GuestResult::Unavailable => Some(planned),
-        GuestResult::Lost => None,
+        CallbackResult::Unavailable => Some(planned),
+        CallbackResult::Lost => None,
     }
 }
 
@@ -228,9 +228,9 @@ fn begin_cycle(shared: &SharedLoop, core: &mut Core, time: u64) {
     core.select_plan(&shared.log());
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
     core.position = Position { is_in_cycle: true, nominal, ..Position::default() };
-    for seat in core.plan.previous_readers.iter().filter(|seat| seat.is_idle()) {
-        // SAFETY: the seat is idle, and those of the plan belong to the holder of the token.
-        unsafe { seat.runner() }.pin_previous();
+    for cell in core.plan.previous_readers.iter().filter(|cell| cell.is_idle()) {
+        // SAFETY: the cell is idle, and those of the plan belong to the holder of the token.
+        unsafe { cell.runner() }.pin_previous();
     }
     shared.measures.emit_start();
 }
@@ -247,7 +247,7 @@ enum Stages {
 /// Ends a stage, and begins the one that comes next.
 fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
     let (after, stages_so_far, count, has_policy) = {
-        // SAFETY: this thread holds the token; the reference ends before the policy is asked.
+        // SAFETY: this thread holds the token; the reference ends before the call of the policy.
         let core = unsafe { shared.core() };
         if core.position.is_stage_open {
             core.position.is_stage_open = false;
@@ -264,18 +264,20 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
         // SAFETY: as above.
         let number = unsafe { shared.core() }.selection.number;
         let result = match number {
-            0 => call_guest::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&position))),
-            number => call_guest::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &position)),
+            0 => invoke_callback::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&position))),
+            number => {
+                invoke_callback::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &position))
+            }
         };
         let choice = match result {
-            GuestResult::Answer(choice) => choice,
-            GuestResult::Unavailable => Choice::InOrder,
-            GuestResult::Lost => return Stages::Lost,
+            CallbackResult::Answer(choice) => choice,
+            CallbackResult::Unavailable => Choice::InOrder,
+            CallbackResult::Lost => return Stages::Lost,
         };
         // SAFETY: asking was not given up, so this thread still holds the token.
         let core = unsafe { shared.core() };
         let mut remove_policy = |reason: &str| match number {
-            0 => remove_guest::<PolicyRole>(core, &shared.log(), reason),
+            0 => remove_callback::<PolicyRole>(core, &shared.log(), reason),
             _ => core.end_failed_takeover(&shared.log(), reason),
         };
         match choice {
@@ -308,7 +310,7 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
     position.stage = Some(next);
     position.is_stage_open = true;
     position.stages += 1;
-    (position.seat, position.end) = (stage.first, stage.end);
+    (position.cell, position.end) = (stage.first, stage.end);
     position.stage_began = if turn.timed { turn.mark() } else { 0 };
     position.deadline = 0;
     if stage.timeout > 0 && !shared.lockstep {
@@ -350,8 +352,8 @@ fn end_stage(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) {
 /// Next action of the loop in a stage.
 enum Next {
     /// Prepared step.
-    /// The core keeps the seat alive, and seats are never removed while the loop runs.
-    Step(*const Seat, StepCall),
+    /// The core keeps the cell alive, and cells are never removed while the loop runs.
+    Step(*const RunnerCell, StepCall),
     /// Module that is not due.
     NotDue,
     /// All have had their turn, or the time is up.
@@ -366,28 +368,28 @@ fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
         core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
     }
     let Core { plan, position, workers, playback, .. } = core;
-    if position.seat >= position.end {
+    if position.cell >= position.end {
         return Next::StageOver;
     }
     if position.deadline != 0 && turn.mark() >= position.deadline {
         core.skip_remaining(shared);
         return Next::StageOver;
     }
-    let first = position.seat;
+    let first = position.cell;
     if let Some(playback) = playback {
-        write_before(playback, turn.now, &plan.seats[first].name);
+        write_before(playback, turn.now, &plan.cells[first].name);
     }
-    let level = || &plan.seats[first..plan.ends[first]];
+    let level = || &plan.cells[first..plan.ends[first]];
     // Between those of a level there may be modules that are played.
     let (count, call) = if workers.has_threads() && playback.is_none() && workers.is_worthwhile(level()) {
         position.has_worker_steps = true;
         workers.dispatch(level(), turn.now, turn.nominal)
     } else {
-        (1, workers::prepare_due(&plan.seats[first], turn.now, turn.nominal))
+        (1, workers::prepare_due(&plan.cells[first], turn.now, turn.nominal))
     };
-    position.seat += count;
+    position.cell += count;
     match call {
-        Some(call) => Next::Step(Arc::as_ptr(&plan.seats[first + count - 1]), call),
+        Some(call) => Next::Step(Arc::as_ptr(&plan.cells[first + count - 1]), call),
         None => Next::NotDue,
     }
 }
@@ -403,10 +405,10 @@ impl Core {
     /// Skips the modules of the stage that have not had their turn.
     fn skip_remaining(&mut self, shared: &SharedLoop) {
         let Self { plan, position, .. } = self;
-        let seats = &plan.seats[position.seat..position.end];
-        position.seat = position.end;
-        let missed = || seats.iter().filter(|seat| seat.misses_its_turn());
-        missed().for_each(|seat| seat.count_miss());
+        let cells = &plan.cells[position.cell..position.end];
+        position.cell = position.end;
+        let missed = || cells.iter().filter(|cell| cell.misses_its_turn());
+        missed().for_each(|cell| cell.count_miss());
         if let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) {
             self.notices.report_time_up(shared, stage, missed());
         }
@@ -416,7 +418,7 @@ impl Core {
     fn report_overrun(&mut self, shared: &SharedLoop, late: u64) {
         // Of the cycle before, which is at its end.
         let began = self.position.began;
-        self.notices.report_overrun(shared, late, began, &self.plan.seats);
+        self.notices.report_overrun(shared, late, began, &self.plan.cells);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::guest::Guest;
+use super::callback::Callback;
 use super::{Core, LoopLog, Takeover};
 
 /// Course of the loop: its own plan, or that of a takeover.
@@ -28,27 +28,30 @@ impl PlanSelection {
 }
 
 impl Core {
-    /// Releases a guest for dropping; `None` if a thread has not returned from it.
-    pub(super) fn release_guest(&mut self, guest: Guest<Arc<Takeover>>) -> Option<Guest<Arc<Takeover>>> {
-        if guest.is_late() {
-            self.late_guests.push(guest.into_late());
+    /// Releases a callback for dropping; `None` if a thread has not returned from it.
+    pub(super) fn release_callback(
+        &mut self,
+        callback: Callback<Arc<Takeover>>,
+    ) -> Option<Callback<Arc<Takeover>>> {
+        if callback.is_late() {
+            self.late_callbacks.push(callback.into_late());
             return None;
         }
-        Some(guest)
+        Some(callback)
     }
 
     /// Prepares a cycle: selects the active policy and plan.
     pub(super) fn select_plan(&mut self, log: &LoopLog) {
         let Self { takeover, selection, plan, inactive_plan, .. } = self;
-        let number = takeover.as_ref().map_or(0, |guest| {
+        let number = takeover.as_ref().map_or(0, |callback| {
             if selection.number != 0
-                && let Some(seat) = guest.seat.as_ref().filter(|seat| seat.is_idle())
+                && let Some(cell) = callback.cell.as_ref().filter(|cell| cell.is_idle())
             {
                 // Its policy may give it no turn, in which it would see that it was switched off.
-                // SAFETY: the seat is idle, and belongs to the holder of the token.
-                unsafe { seat.runner() }.is_enabled(log.clock.now());
+                // SAFETY: the cell is idle, and belongs to the holder of the token.
+                unsafe { cell.runner() }.is_enabled(log.clock.now());
             }
-            guest.code.select_active(selection.planned)
+            callback.code.select_active(selection.planned)
         });
         let has_stages = number != 0 && number == selection.planned;
         if has_stages != selection.is_module_plan {
@@ -58,13 +61,14 @@ impl Core {
         if number == std::mem::replace(&mut selection.number, number) {
             return;
         }
-        let module = takeover.as_ref().filter(|_| number != 0).map(|guest| Arc::clone(&guest.code.module));
+        let module =
+            takeover.as_ref().filter(|_| number != 0).map(|callback| Arc::clone(&callback.code.module));
         let before = std::mem::replace(&mut selection.module, module);
         let text = match (&selection.module, before) {
             (Some(module), _) if has_stages => {
                 format!("{module} has the main loop, with the stages {}", plan.names.join(", "))
             }
-            (Some(module), _) => format!("{module} has the main loop, and says which stage comes next"),
+            (Some(module), _) => format!("{module} has the main loop, and selects the next stage"),
             (None, Some(module)) => {
                 let names = plan.names.join(", ");
                 format!("{module} has the main loop no more; from now on its stages are {names}")
@@ -76,9 +80,9 @@ impl Core {
 
     /// Ends a module's takeover of the loop because its policy failed.
     pub(super) fn end_failed_takeover(&self, log: &LoopLog, reason: &str) {
-        let Some(guest) = &self.takeover else { return };
-        guest.code.end(self.selection.number);
-        let text = format!("the policy of {} {reason}; it is asked no more", guest.code.module);
+        let Some(callback) = &self.takeover else { return };
+        callback.code.end(self.selection.number);
+        let text = format!("the policy of {} {reason}; it is not called any more", callback.code.module);
         log.write(Level::Error, &text);
     }
 }

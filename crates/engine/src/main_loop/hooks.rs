@@ -7,7 +7,7 @@ use super::{Flow, SharedLoop};
 pub type AfterCycle = Box<dyn Fn(&SharedLoop, u64) -> Flow + Send + Sync>;
 
 /// Wait of the loop in lockstep at the end of each cycle.
-/// It receives the agent's time, ns, and a check whether the run goes on, and returns once it does not. An error ends
+/// It receives the agent's time, ns, and a check whether the run continues, and returns once it does not. An error ends
 /// the run with its reason.
 pub type CycleWait = Box<dyn FnMut(u64, &dyn Fn() -> bool) -> Result<(), String> + Send>;
 

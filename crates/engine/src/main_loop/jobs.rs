@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::{Flow, Seat, SharedLoop};
+use super::{Flow, RunnerCell, SharedLoop};
 
 /// Job between two cycles.
 /// It must hold no reference to the core when it calls a module's code.
@@ -51,7 +51,7 @@ thread_local! {
     static JOB_SENDER: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
-/// Hold of the loop between two cycles; on drop, also by a panic, the loop goes on.
+/// Hold of the loop between two cycles; on drop, also by a panic, it continues.
 /// Contains the previous hold.
 struct LoopHold(Option<Sender<Job>>);
 
@@ -70,10 +70,10 @@ impl Drop for LoopHold {
 impl SharedLoop {
     /// Does `work` between two cycles and waits for its result.
     /// It runs in the loop's thread, or here when no loop runs. `NotReturned` if it lost the token, as a module of
-    /// `seats` did not return in time.
+    /// `cells` did not return in time.
     pub fn between_cycles<R: Send + 'static>(
         &self,
-        seats: &[Arc<Seat>],
+        cells: &[Arc<RunnerCell>],
         work: impl FnOnce(&SharedLoop) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
         let (sender, receiver) = channel();
@@ -101,7 +101,7 @@ impl SharedLoop {
             match receiver.recv_timeout(POLL_PERIOD) {
                 Ok(result) => return Ok(result),
                 Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
-                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => {
+                Err(RecvTimeoutError::Timeout) if cells.iter().any(|cell| cell.is_late()) => {
                     // A job that has not begun must not run later, when no thread waits for it.
                     drop(self.jobs.take());
                     return Err(NotReturned);
@@ -142,22 +142,22 @@ impl SharedLoop {
         work(cycle)
     }
 
-    /// Does `work` while none of the seats is in a step.
-    /// It runs in the loop's thread, or for a module with a thread of its own in one made for it, so that nobody else
+    /// Does `work` while none of the cells is in a step.
+    /// It runs in the loop's thread, or for a module with a thread of its own in one made for it, so that no other thread
     /// waits for that module. `None` if a module has not returned, from its step or from this work.
-    pub fn with_seats<R: Send + 'static>(
+    pub fn with_cells<R: Send + 'static>(
         &self,
-        seats: &[Arc<Seat>],
+        cells: &[Arc<RunnerCell>],
         own_thread: bool,
         work: impl FnOnce() -> Option<R> + Send + 'static,
     ) -> Option<R> {
-        let involved = seats.to_vec();
+        let involved = cells.to_vec();
         if !own_thread {
             let between = move |_: &SharedLoop| {
-                let free = involved.iter().all(|seat| seat.is_idle() || seat.reclaim());
+                let free = involved.iter().all(|cell| cell.is_idle() || cell.reclaim());
                 if free { work().map(Some) } else { Some(None) }
             };
-            return self.between_cycles(seats, between).ok().flatten();
+            return self.between_cycles(cells, between).ok().flatten();
         }
         let (sender, receiver) = channel();
         let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
@@ -166,7 +166,7 @@ impl SharedLoop {
                 claimed += 1;
             }
             let result = if claimed == involved.len() { work() } else { None };
-            involved[..claimed].iter().for_each(|seat| seat.release());
+            involved[..claimed].iter().for_each(|cell| cell.release());
             // Sending fails if the requester no longer waits.
             let _ = sender.send(result);
         });
@@ -175,14 +175,14 @@ impl SharedLoop {
             match receiver.recv_timeout(POLL_PERIOD) {
                 Ok(result) => return result,
                 Err(RecvTimeoutError::Disconnected) => return None,
-                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => return None,
+                Err(RecvTimeoutError::Timeout) if cells.iter().any(|cell| cell.is_late()) => return None,
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }
     }
 
     /// Applies the changes that modules have requested in the last cycle, in lockstep.
-    /// Nobody has the token meanwhile. `before` is called before each request.
+    /// No thread has the token meanwhile. `before` is called before each request.
     pub fn apply_changes(&self, before: &mut dyn FnMut()) {
         if let Some(changes) = self.hooks.pending_changes().filter(|_| self.lockstep) {
             changes.apply(before);

@@ -1,15 +1,14 @@
 //! Main loop: stages in order, and in each stage the modules in link order.
 //!
 //! The loop is a token, not a thread: when a step hangs on the wall clock, the watchdog moves the loop to another
-//! thread and goes on without the late module. Under a time source the loop is in lockstep: everything depends on the
+//! thread and continues without the late module. Under a time source the loop is in lockstep: everything depends on the
 //! virtual time alone, and a step that hangs ends the run.
 
+mod callback;
 mod composing;
 mod cycle;
 mod driving;
-mod frozen;
 mod gauges;
-mod guest;
 mod handover;
 mod hooks;
 mod jobs;
@@ -20,7 +19,8 @@ mod plan;
 mod policy;
 mod roles;
 mod run;
-mod seat;
+mod runner_cell;
+mod snapshot;
 mod takeover;
 mod threads;
 mod timeouts;
@@ -43,7 +43,6 @@ use crate::synchronization::Synchronization;
 
 pub use cycle::cycle;
 pub use driving::drive;
-pub use frozen::FrozenLoop;
 pub use gauges::HistogramPublisher;
 pub use hooks::{AfterCycle, AfterTick, CycleWait, Hooks, RequestedChanges, WriteListeners};
 pub use loop_replay::{LoopReplay, ReplayedCondition};
@@ -52,19 +51,20 @@ pub use pace::Rate;
 pub use plan::Levels;
 pub use policy::{LoopPolicy, LoopPosition, STAGE_LIMIT};
 pub use run::LoopRun;
-pub use seat::Seat;
+pub use runner_cell::RunnerCell;
 pub use slate_composition::own::LoopState;
 pub use slate_configuration::Schedule;
+pub use snapshot::LoopSnapshot;
 pub use takeover::{Takeover, Takeovers};
 pub use threads::ModuleThreads;
 pub use tracing::AgentTrace;
 pub use watchdog::{Watchdog, WatchedModule};
 pub use workers::Workers;
 
+use callback::{Callback, LateCallback, Role};
 use composing::LoopMembers;
 use cycle::Position;
 use gauges::{LoopMeasures, PUBLICATION_PERIOD};
-use guest::{Guest, LateGuest, Role};
 use handover::PlanSelection;
 use jobs::Jobs;
 use notices::Notices;
@@ -103,7 +103,7 @@ pub type Observer = Box<dyn FnMut(&Cycle<'_>) -> Control + Send>;
 pub enum End {
     /// Requested by the observer or another caller.
     Stopped,
-    /// Hanging step, without which nothing can go on in lockstep.
+    /// Hanging step, without which nothing can continue in lockstep.
     Hung {
         /// Name of the module.
         module: String,
@@ -151,13 +151,13 @@ pub struct Core {
     cycle: u64,
     /// Time of the last cycle, ns: on the grid of the period, or of the time source.
     time: Option<u64>,
-    policy: Option<Guest<dyn LoopPolicy>>,
-    takeover: Option<Guest<Arc<Takeover>>>,
-    time_source: Option<Guest<dyn TimeSource>>,
+    policy: Option<Callback<dyn LoopPolicy>>,
+    takeover: Option<Callback<Arc<Takeover>>>,
+    time_source: Option<Callback<dyn TimeSource>>,
     /// Replay of a recording, if any.
     playback: Option<LoopReplay>,
-    /// Guests that did not return.
-    late_guests: Vec<LateGuest>,
+    /// Callbacks that did not return.
+    late_callbacks: Vec<LateCallback>,
     /// Position of the loop, for the thread that takes the token over.
     position: Position,
     notices: Notices,
@@ -180,9 +180,9 @@ impl Core {
             time: None,
             policy: None,
             takeover: None,
-            time_source: time_source.map(|code| Guest { name: TIME_SOURCE, seat: None, code }),
+            time_source: time_source.map(|code| Callback { name: TIME_SOURCE, cell: None, code }),
             playback: None,
-            late_guests: Vec::new(),
+            late_callbacks: Vec::new(),
             position: Position::default(),
             notices: Notices::default(),
         }
@@ -302,7 +302,7 @@ impl SharedLoop {
     /// Returns the core.
     ///
     /// # Safety
-    /// The caller holds the token, or nobody does.
+    /// The caller holds the token, or no thread does.
     #[allow(clippy::mut_from_ref, reason = "the token grants the access")]
     pub unsafe fn core(&self) -> &mut Core {
         // SAFETY: passed on to the caller.
@@ -338,7 +338,7 @@ impl SharedLoop {
     pub fn publish_timing(&self) {
         let parts = self.members.parts();
         let watched = self.watched();
-        let modules = watched.iter().map(|watch| (&watch.seat.publication, &watch.seat.health.histogram));
+        let modules = watched.iter().map(|watch| (&watch.cell.publication, &watch.cell.health.histogram));
         self.measures.publish(self.clock.now(), parts.gauges.values(), modules);
     }
 
@@ -419,16 +419,16 @@ impl SharedLoop {
     /// Sets the program's policy, which selects the next stage while no module does.
     /// Without one, the stages follow one another.
     pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>) {
-        let guest = code.map(|code| Guest { name: POLICY, seat: None, code });
-        self.exchange::<PolicyRole>(guest);
+        let callback = code.map(|code| Callback { name: POLICY, cell: None, code });
+        self.exchange::<PolicyRole>(callback);
     }
 
     /// Sets the time source of a driven clock.
-    /// Without one, time advances by the period. A module of `seat` is on the loop, and each call is watched like a
+    /// Without one, time advances by the period. A module of `cell` is on the loop, and each call is watched like a
     /// step of it.
-    pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
-        let guest = code.map(|code| Guest { name: TIME_SOURCE, seat, code });
-        self.exchange::<TimeRole>(guest);
+    pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, cell: Option<Arc<RunnerCell>>) {
+        let callback = code.map(|code| Callback { name: TIME_SOURCE, cell, code });
+        self.exchange::<TimeRole>(callback);
     }
 
     /// Sets the wait in lockstep at the end of each cycle.
@@ -441,13 +441,13 @@ impl SharedLoop {
         drop(before);
     }
 
-    fn exchange<R: Role>(&self, guest: Option<Guest<R::Code>>)
+    fn exchange<R: Role>(&self, callback: Option<Callback<R::Code>>)
     where
-        Guest<R::Code>: Send + 'static,
+        Callback<R::Code>: Send + 'static,
     {
         let before = self.between_cycles(&[], move |shared| {
             // SAFETY: jobs run in the thread that holds the token.
-            Some(std::mem::replace(R::guest(unsafe { shared.core() }), guest))
+            Some(std::mem::replace(R::callback(unsafe { shared.core() }), callback))
         });
         drop(before);
     }

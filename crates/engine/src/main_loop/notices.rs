@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_module::Level;
 
 use super::plan::PlannedStage;
-use super::{Seat, SharedLoop};
+use super::{RunnerCell, SharedLoop};
 use crate::clock::monotonic;
 
 /// Minimum interval of messages of a kind, ns.
@@ -37,7 +37,7 @@ impl NoticeLimit {
 pub(super) fn suppression_note(suppressed: u64) -> String {
     match suppressed {
         0 => String::new(),
-        times => format!(" ({times} times more since this was last said)"),
+        times => format!(" ({times} more times since the last report)"),
     }
 }
 
@@ -51,12 +51,12 @@ pub(super) struct Notices {
 impl Notices {
     /// Reports a cycle that began late by `late` ns.
     /// The cycle before, which began at `began`, took too long.
-    pub fn report_overrun(&mut self, shared: &SharedLoop, late: u64, began: u64, seats: &[Arc<Seat>]) {
+    pub fn report_overrun(&mut self, shared: &SharedLoop, late: u64, began: u64, cells: &[Arc<RunnerCell>]) {
         let Some(suppressed) = self.overruns.pass(monotonic()) else { return };
-        let mut durations: Vec<_> = seats
+        let mut durations: Vec<_> = cells
             .iter()
-            .filter(|seat| began != 0 && seat.started() >= began)
-            .map(|seat| (seat.is_given_up(), seat.duration(), &seat.name))
+            .filter(|cell| began != 0 && cell.started() >= began)
+            .map(|cell| (cell.is_given_up(), cell.duration(), &cell.name))
             .collect();
         durations.sort_by(|a, b| b.cmp(a));
         let mut text = format!(
@@ -81,9 +81,9 @@ impl Notices {
         &mut self,
         shared: &SharedLoop,
         stage: &PlannedStage,
-        missed: impl Iterator<Item = &'s Arc<Seat>>,
+        missed: impl Iterator<Item = &'s Arc<RunnerCell>>,
     ) {
-        let names: Vec<&str> = missed.map(|seat| &*seat.name).collect();
+        let names: Vec<&str> = missed.map(|cell| &*cell.name).collect();
         if names.is_empty() {
             return;
         }

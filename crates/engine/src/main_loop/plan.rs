@@ -7,10 +7,10 @@ use slate_module::Stage;
 
 use super::gauges::StageGauge;
 use super::takeover::{StageRequest, Takeover};
-use super::{Schedule, Seat};
+use super::{RunnerCell, Schedule};
 
 /// Modules of a stage in levels, each of which depends on those before it.
-pub type Levels = Vec<Vec<Arc<Seat>>>;
+pub type Levels = Vec<Vec<Arc<RunnerCell>>>;
 
 /// Parts from which plans are made.
 #[derive(Default)]
@@ -24,7 +24,7 @@ pub(super) struct PlanParts {
     /// Modules on the loop, by their own stage.
     pub levels: Vec<Levels>,
     /// Modules with threads of their own.
-    pub threaded: Vec<Arc<Seat>>,
+    pub threaded: Vec<Arc<RunnerCell>>,
     /// Measurements of the stages of all plans, by name.
     pub gauges: BTreeMap<Arc<str>, Arc<StageGauge>>,
 }
@@ -34,18 +34,18 @@ pub(super) struct PlanParts {
 pub(super) struct Plan {
     pub stages: Vec<PlannedStage>,
     pub names: Arc<[Arc<str>]>,
-    pub seats: Vec<Arc<Seat>>,
-    /// End of each seat's level, as an index into the seats.
+    pub cells: Vec<Arc<RunnerCell>>,
+    /// End of each cell's level, as an index into the cells.
     /// Modules of a level do not depend on each other.
     pub ends: Vec<usize>,
     /// Modules that read values of the last cycle that are written before their turn.
-    pub previous_readers: Vec<Arc<Seat>>,
+    pub previous_readers: Vec<Arc<RunnerCell>>,
 }
 
 /// Stage of the loop.
 pub(super) struct PlannedStage {
     pub gauge: Arc<StageGauge>,
-    /// Range of its seats.
+    /// Range of its cells.
     pub first: usize,
     pub end: usize,
     /// Timeout, wall-clock ns; 0 for none.
@@ -85,44 +85,44 @@ impl PlanParts {
         let mut plan = Plan::default();
         for stage in schedule.stages() {
             let Some(gauge) = self.gauges.get(stage.name.as_str()) else { continue };
-            let first = plan.seats.len();
+            let first = plan.cells.len();
             for level in stage.members.iter().flat_map(|member| self.levels_of(*member)) {
-                plan.seats.extend(level.iter().cloned());
-                plan.ends.resize(plan.seats.len(), plan.seats.len());
+                plan.cells.extend(level.iter().cloned());
+                plan.ends.resize(plan.cells.len(), plan.cells.len());
             }
             let timeout = stage.timeout.map_or(0, |timeout| timeout.as_nanos().min(LONGEST_TIMEOUT) as u64);
             plan.stages.push(PlannedStage {
                 gauge: Arc::clone(gauge),
                 first,
-                end: plan.seats.len(),
+                end: plan.cells.len(),
                 timeout,
             });
         }
-        plan.previous_readers = plan.seats.iter().filter(|seat| seat.reads_previous()).cloned().collect();
+        plan.previous_readers = plan.cells.iter().filter(|cell| cell.reads_previous()).cloned().collect();
         plan.names = plan.stages.iter().map(|stage| Arc::clone(&stage.gauge.name)).collect();
         plan
     }
 
-    fn levels_of(&self, stage: Stage) -> &[Vec<Arc<Seat>>] {
+    fn levels_of(&self, stage: Stage) -> &[Vec<Arc<RunnerCell>>] {
         self.levels.get(stage as usize).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the stages, each with the names of its modules in order.
     pub fn order(&self) -> Vec<(String, Vec<String>)> {
         let stages = self.stages().stages().iter().map(|stage| {
-            let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
-            (stage.name.clone(), seats.map(|seat| seat.name.to_string()).collect())
+            let cells = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
+            (stage.name.clone(), cells.map(|cell| cell.name.to_string()).collect())
         });
         stages.collect()
     }
 
     /// Returns all modules, each with its stage if it is on the loop.
-    pub fn watched(&self) -> impl Iterator<Item = (Arc<Seat>, Option<Arc<str>>)> {
+    pub fn watched(&self) -> impl Iterator<Item = (Arc<RunnerCell>, Option<Arc<str>>)> {
         let staged = self.stages().stages().iter().flat_map(|stage| {
             let name: Arc<str> = stage.name.as_str().into();
-            let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
-            seats.map(move |seat| (Arc::clone(seat), Some(Arc::clone(&name))))
+            let cells = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
+            cells.map(move |cell| (Arc::clone(cell), Some(Arc::clone(&name))))
         });
-        staged.chain(self.threaded.iter().map(|seat| (Arc::clone(seat), None)))
+        staged.chain(self.threaded.iter().map(|cell| (Arc::clone(cell), None)))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::guest::{Guest, Role};
+use super::callback::{Callback, Role};
 use super::{Core, LoopPolicy, Takeover};
 use crate::clock::TimeSource;
 
@@ -12,7 +12,7 @@ pub(super) struct PolicyRole;
 impl Role for PolicyRole {
     type Code = dyn LoopPolicy;
 
-    fn guest(core: &mut Core) -> &mut Option<Guest<dyn LoopPolicy>> {
+    fn callback(core: &mut Core) -> &mut Option<Callback<dyn LoopPolicy>> {
         &mut core.policy
     }
 }
@@ -23,11 +23,11 @@ pub(super) struct TakeoverRole;
 impl Role for TakeoverRole {
     type Code = Arc<Takeover>;
 
-    fn guest(core: &mut Core) -> &mut Option<Guest<Arc<Takeover>>> {
+    fn callback(core: &mut Core) -> &mut Option<Callback<Arc<Takeover>>> {
         &mut core.takeover
     }
 
-    /// Keeps the guest: while its module is late it is not called.
+    /// Keeps the callback: while its module is late it is not called.
     /// That ends the module's takeover.
     fn remove_late(_: &mut Core) -> &'static str {
         TAKEOVER
@@ -40,12 +40,12 @@ pub(super) struct TimeRole;
 impl Role for TimeRole {
     type Code = dyn TimeSource;
 
-    fn guest(core: &mut Core) -> &mut Option<Guest<dyn TimeSource>> {
+    fn callback(core: &mut Core) -> &mut Option<Callback<dyn TimeSource>> {
         &mut core.time_source
     }
 }
 
-/// Names of the guests in the log.
+/// Names of the callbacks in the log.
 pub(super) const POLICY: &str = "the policy of the main loop";
 pub(super) const TAKEOVER: &str = "the policy of a module";
 pub(super) const TIME_SOURCE: &str = "the time source";

@@ -66,12 +66,12 @@ impl LoopRun {
         self.running.load(Ordering::Acquire)
     }
 
-    /// Returns true while that run goes on.
+    /// Returns true while that run continues.
     pub fn is_in(&self, run: u64) -> bool {
         self.number() == run
     }
 
-    /// Returns true while a run goes on.
+    /// Returns true while a run continues.
     pub fn is_running(&self) -> bool {
         self.number() != 0
     }

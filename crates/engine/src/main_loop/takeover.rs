@@ -78,7 +78,7 @@ impl Takeover {
         let replaced = match stages {
             Some(stages) => {
                 self.pending.store(number, Ordering::Release);
-                // An earlier wish is none any more.
+                // An earlier request is void.
                 drop(self.requests.force_push((number, stages)));
                 (policies.pending.replace(taken), None)
             }
@@ -143,7 +143,7 @@ impl Takeover {
             return;
         }
         if let Some(replaced) = policies.active.take() {
-            // There is room, as only this thread pushes.
+            // It has room, as only this thread pushes.
             let _ = self.replaced.push(replaced);
         }
         policies.active = policies.pending.take();

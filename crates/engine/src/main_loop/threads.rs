@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_module::Trigger;
 
-use super::{Seat, SharedLoop};
+use super::{RunnerCell, SharedLoop};
 use crate::background::thread_name;
 use crate::clock::monotonic;
 use crate::runner::{ModuleCondition, Runner, StepCall};
@@ -14,7 +14,7 @@ use crate::runner::{ModuleCondition, Runner, StepCall};
 /// Modules on threads of their own, woken by their triggers.
 #[derive(Default)]
 pub struct ModuleThreads {
-    threads: Vec<(Arc<Seat>, JoinHandle<()>)>,
+    threads: Vec<(Arc<RunnerCell>, JoinHandle<()>)>,
 }
 
 impl ModuleThreads {
@@ -22,44 +22,44 @@ impl ModuleThreads {
     ///
     /// # Errors
     /// When it can't be started.
-    pub fn start(&mut self, shared: &Arc<SharedLoop>, seat: &Arc<Seat>) -> io::Result<()> {
+    pub fn start(&mut self, shared: &Arc<SharedLoop>, cell: &Arc<RunnerCell>) -> io::Result<()> {
         let run = shared.run.number();
-        let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
+        let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(cell));
         let thread = std::thread::Builder::new()
-            .name(thread_name(&seat.name))
+            .name(thread_name(&cell.name))
             .spawn(move || run_module(&thread_shared, run, &driven))?;
-        self.threads.push((Arc::clone(seat), thread));
+        self.threads.push((Arc::clone(cell), thread));
         Ok(())
     }
 
     /// Joins the thread of a module that is no longer watched.
     /// A step that takes longer than `limit` is given up.
-    pub fn join_one(&mut self, seat: &Arc<Seat>, limit: Duration, now: u64) {
-        let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, seat)) else { return };
-        let (seat, thread) = self.threads.swap_remove(at);
+    pub fn join_one(&mut self, cell: &Arc<RunnerCell>, limit: Duration, now: u64) {
+        let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, cell)) else { return };
+        let (cell, thread) = self.threads.swap_remove(at);
         let mut waited = Duration::ZERO;
         while !thread.is_finished() && waited < limit {
             std::thread::sleep(JOIN_POLL_PERIOD);
             waited += JOIN_POLL_PERIOD;
         }
-        if let Some(step) = seat.running() {
-            seat.give_up(step, now);
+        if let Some(step) = cell.running() {
+            cell.give_up(step, now);
         }
-        join(&seat, thread);
+        join(&cell, thread);
     }
 
     /// Waits for the threads after the run has ended; one that hangs is left behind.
     pub fn join(&mut self) {
-        self.threads.iter().for_each(|(seat, _)| seat.wake.notify(1));
-        self.threads.drain(..).for_each(|(seat, thread)| join(&seat, thread));
+        self.threads.iter().for_each(|(cell, _)| cell.wake.notify(1));
+        self.threads.drain(..).for_each(|(cell, thread)| join(&cell, thread));
     }
 }
 
 /// Interval at which the end of a thread is polled.
 const JOIN_POLL_PERIOD: Duration = Duration::from_micros(200);
 
-fn join(seat: &Seat, thread: JoinHandle<()>) {
-    while !thread.is_finished() && !seat.is_late() {
+fn join(cell: &RunnerCell, thread: JoinHandle<()>) {
+    while !thread.is_finished() && !cell.is_late() {
         std::thread::sleep(JOIN_POLL_PERIOD);
     }
     if thread.is_finished() {
@@ -69,22 +69,22 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
 }
 
 /// Runs a module's own thread in that run.
-fn run_module(shared: &SharedLoop, run: u64, seat: &Seat) {
-    let wake = &seat.wake;
-    let mut signalled_turns = seat.signalled_turns().unwrap_or(0);
-    while shared.run.is_in(run) && !seat.is_retired() {
-        if !seat.claim() {
+fn run_module(shared: &SharedLoop, run: u64, cell: &RunnerCell) {
+    let wake = &cell.wake;
+    let mut signalled_turns = cell.signalled_turns().unwrap_or(0);
+    while shared.run.is_in(run) && !cell.is_retired() {
+        if !cell.claim() {
             // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
-            if !seat.reclaim() {
+            if !cell.reclaim() {
                 wake.wait_timeout(POLL_PERIOD);
             }
             continue;
         }
-        // SAFETY: this thread drives the seat, which it has claimed.
+        // SAFETY: this thread drives the cell, which it has claimed.
         let (call, sleep_limit) = unsafe {
-            let runner = seat.runner();
+            let runner = cell.runner();
             let now = shared.clock.now();
-            if has_turn(seat, &mut signalled_turns) && runner.is_due(now) {
+            if has_turn(cell, &mut signalled_turns) && runner.is_due(now) {
                 if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
                     expire(shared);
                 }
@@ -95,9 +95,9 @@ fn run_module(shared: &SharedLoop, run: u64, seat: &Seat) {
             }
         };
         match call {
-            Some(call) => step(shared, seat, call),
+            Some(call) => step(shared, cell, call),
             None => {
-                seat.release();
+                cell.release();
                 wake.wait_timeout(sleep_limit);
             }
         }
@@ -113,11 +113,11 @@ fn expire(shared: &SharedLoop) {
 
 /// Returns true if a module may check its trigger in this turn.
 /// Turns of the loop that it was too late for are left out, and counted.
-fn has_turn(seat: &Seat, signalled_turns: &mut u64) -> bool {
-    let Some(now) = seat.signalled_turns() else { return true };
+fn has_turn(cell: &RunnerCell, signalled_turns: &mut u64) -> bool {
+    let Some(now) = cell.signalled_turns() else { return true };
     let turns = now - std::mem::replace(signalled_turns, now);
     if turns > 1 {
-        let misses = &seat.health.misses;
+        let misses = &cell.health.misses;
         misses.store(misses.load(Ordering::Relaxed) + turns - 1, Ordering::Relaxed);
     }
     turns > 0
@@ -154,24 +154,24 @@ fn sleep_limit(runner: &Runner, now: u64) -> Duration {
     Duration::from_nanos(left).clamp(Duration::from_micros(50), POLL_PERIOD)
 }
 
-/// Makes a step of a claimed seat; a step that was given up has no effect.
-fn step(shared: &SharedLoop, seat: &Seat, call: StepCall) {
+/// Makes a step of a claimed cell; a step that was given up has no effect.
+fn step(shared: &SharedLoop, cell: &RunnerCell, call: StepCall) {
     let start = monotonic();
-    seat.begin(false, start);
-    // SAFETY: the runner was prepared, and the seat keeps others out.
+    cell.begin(false, start);
+    // SAFETY: the runner was prepared, and the cell keeps others out.
     let code = unsafe { call.make() };
     let duration = monotonic().saturating_sub(start);
-    if !seat.end_claimed(code) {
+    if !cell.end_claimed(code) {
         return;
     }
     if shared.tracing.is_on() {
-        seat.record(shared, start, duration, shared.cycles());
+        cell.record(shared, start, duration, shared.cycles());
     }
-    // SAFETY: the step was not given up, and the seat is claimed.
-    let runner = unsafe { seat.runner() };
-    seat.measure(runner, duration, 1);
+    // SAFETY: the step was not given up, and the cell is claimed.
+    let runner = unsafe { cell.runner() };
+    cell.measure(runner, duration, 1);
     runner.count();
     runner.commit(shared.clock.now(), code, None);
-    seat.release();
+    cell.release();
     shared.hooks.notify_write();
 }

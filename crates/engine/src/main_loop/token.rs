@@ -25,7 +25,7 @@ impl LoopToken {
     /// Returns the core.
     ///
     /// # Safety
-    /// The caller holds the token, or nobody does.
+    /// The caller holds the token, or no thread does.
     #[allow(clippy::mut_from_ref, reason = "the token grants the access")]
     #[inline]
     pub unsafe fn core(&self) -> &mut Core {

@@ -43,7 +43,7 @@ impl Tracing {
     /// Lets the steps of modules that came be recorded.
     pub(super) fn add_tracks(&self, watched: &[WatchedModule]) {
         if self.is_on() {
-            watched.iter().for_each(|watch| watch.seat.add_track(&self.trace));
+            watched.iter().for_each(|watch| watch.cell.add_track(&self.trace));
         }
     }
 
@@ -89,7 +89,7 @@ impl AgentTrace {
     }
 
     /// Ends a [`start`](AgentTrace::start).
-    /// Recording goes on for other users. The recorded spans can still be exported.
+    /// Recording continues for other users. The recorded spans can still be exported.
     pub fn stop(&self) {
         self.shared.tracing.switch.stop();
     }
@@ -121,7 +121,7 @@ impl AgentTrace {
     fn switch_on<R>(&self, switch_on: impl FnOnce(&Arc<Switch>) -> R) -> R {
         let tracing = &self.shared.tracing;
         tracing.track.get_or_init(|| tracing.trace.track_with("main loop", LOOP_SPAN_LIMIT).ok());
-        self.shared.watched().iter().for_each(|watch| watch.seat.add_track(&tracing.trace));
+        self.shared.watched().iter().for_each(|watch| watch.cell.add_track(&tracing.trace));
         let result = switch_on(&tracing.switch);
         // Modules that came meanwhile.
         tracing.add_tracks(&self.shared.watched());

@@ -4,7 +4,7 @@ use std::time::Duration;
 use slate_module::Level;
 
 use super::notices::{NoticeLimit, milliseconds, suppression_note};
-use super::{End, Seat, SharedLoop};
+use super::{End, RunnerCell, SharedLoop};
 use crate::background::raise_priority;
 use crate::clock::monotonic;
 
@@ -29,8 +29,8 @@ pub struct Watchdog {
 
 /// Watched module.
 pub struct WatchedModule {
-    /// Seat of the module.
-    pub seat: Arc<Seat>,
+    /// Cell of the module.
+    pub cell: Arc<RunnerCell>,
     /// Stage of the loop; `None` for a module with a thread of its own.
     pub stage: Option<Arc<str>>,
 }
@@ -89,19 +89,19 @@ impl Watchdog {
             next = next.min(deadline);
         }
         for (watch, state) in watched.iter().zip(states) {
-            let seat = &watch.seat;
-            if seat.is_isolated {
+            let cell = &watch.cell;
+            if cell.is_isolated {
                 // Its calls end by themselves, as its process is ended.
                 continue;
             }
-            if state.late && !seat.is_late() {
-                self.report_return(seat, state);
+            if state.late && !cell.is_late() {
+                self.report_return(cell, state);
             }
-            let Some(step) = seat.running() else { continue };
+            let Some(step) = cell.running() else { continue };
             if state.step != step {
                 (state.step, state.since) = (step, now);
             }
-            let started = seat.started();
+            let started = cell.started();
             if started != 0 {
                 state.since = started;
             }
@@ -156,8 +156,8 @@ impl Watchdog {
     }
 
     fn give_up(&self, watch: &WatchedModule, state: &mut WatchState, now: u64, when: &str) {
-        let (shared, seat) = (&self.shared, &watch.seat);
-        if !seat.give_up(state.step, shared.clock.now()) {
+        let (shared, cell) = (&self.shared, &watch.cell);
+        if !cell.give_up(state.step, shared.clock.now()) {
             return;
         }
         state.late = true;
@@ -165,31 +165,31 @@ impl Watchdog {
             state.is_reported = true;
             let text = format!(
                 "{} has not returned from its {when}; its outputs are safe values until it does{}",
-                seat.name,
+                cell.name,
                 suppression_note(suppressed)
             );
             shared.logger.log(shared.clock.now(), Level::Error, &text);
         }
         if shared.lockstep {
-            shared.run.finish(End::Hung { module: seat.name.to_string() });
+            shared.run.finish(End::Hung { module: cell.name.to_string() });
         }
         let watched = shared.watched();
-        let late = watched.iter().filter(|watch| watch.seat.is_late());
-        let modules: Vec<String> = late.map(|watch| watch.seat.name.to_string()).collect();
+        let late = watched.iter().filter(|watch| watch.cell.is_late());
+        let modules: Vec<String> = late.map(|watch| watch.cell.name.to_string()).collect();
         if modules.len() >= LOST_THREAD_LIMIT {
             shared.run.finish(End::TooManyHung { modules });
         }
         // The token is with the late thread, unless a worker made the step for the loop.
-        if watch.stage.is_some() && !seat.is_by_worker() {
+        if watch.stage.is_some() && !cell.is_by_worker() {
             shared.move_token();
         }
     }
 
-    fn report_return(&self, seat: &Seat, state: &mut WatchState) {
+    fn report_return(&self, cell: &RunnerCell, state: &mut WatchState) {
         state.late = false;
         if std::mem::take(&mut state.is_reported) {
-            let took = milliseconds(seat.returned().saturating_sub(state.since));
-            let text = format!("{} returned after {took} ms and runs again", seat.name);
+            let took = milliseconds(cell.returned().saturating_sub(state.since));
+            let text = format!("{} returned after {took} ms and runs again", cell.name);
             self.shared.logger.log(self.shared.clock.now(), Level::Warn, &text);
         }
     }
@@ -197,8 +197,8 @@ impl Watchdog {
 
 /// Lets the processes go in which steps still run.
 fn disconnect_processes(watched: &[WatchedModule]) {
-    let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
-    busy.for_each(|watch| watch.seat.disconnect());
+    let busy = watched.iter().filter(|watch| watch.cell.is_isolated && watch.cell.running().is_some());
+    busy.for_each(|watch| watch.cell.disconnect());
 }
 
 /// Returns the state of the modules that are still present.
@@ -208,7 +208,7 @@ fn carry_over(
     present: &[WatchedModule],
 ) -> Vec<WatchState> {
     let known = |watch: &WatchedModule| {
-        let index = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
+        let index = watched.iter().position(|other| Arc::ptr_eq(&other.cell, &watch.cell));
         index.map(|index| states[index]).unwrap_or_default()
     };
     present.iter().map(known).collect()

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Seat, SharedLoop};
+use super::{RunnerCell, SharedLoop};
 use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::runner::StepCall;
@@ -35,9 +35,9 @@ struct Worker {
     stop: AtomicBool,
     /// [`FREE`], [`ASSIGNED`] or [`DONE`].
     state: AtomicU32,
-    /// Seat of a step that was not committed yet.
-    uncommitted: UnsafeCell<Option<Arc<Seat>>>,
-    job: UnsafeCell<Option<(StepCall, Arc<Seat>)>>,
+    /// Cell of a step that was not committed yet.
+    uncommitted: UnsafeCell<Option<Arc<RunnerCell>>>,
+    job: UnsafeCell<Option<(StepCall, Arc<RunnerCell>)>>,
     result: UnsafeCell<Option<StepResult>>,
 }
 
@@ -81,25 +81,25 @@ impl Workers {
     }
 
     /// Returns true if running these modules in parallel is worth a wake-up.
-    pub fn is_worthwhile(&self, modules: &[Arc<Seat>]) -> bool {
-        if modules.len() < 2 || modules.iter().any(|seat| seat.is_exclusive) {
+    pub fn is_worthwhile(&self, modules: &[Arc<RunnerCell>]) -> bool {
+        if modules.len() < 2 || modules.iter().any(|cell| cell.is_exclusive) {
             return false;
         }
-        let work: u64 = modules.iter().map(|seat| seat.duration()).sum();
+        let work: u64 = modules.iter().map(|cell| cell.duration()).sum();
         self.is_forced || work > 2 * WAKEUP_COST
     }
 
     /// Prepares the first of the modules, and gives one to each free worker.
     /// One more is for the loop. Returns the number of modules; the last of them is the loop's, with its call if it is
     /// due.
-    pub fn dispatch(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
+    pub fn dispatch(&self, modules: &[Arc<RunnerCell>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
         let mut count = 0;
         for worker in &self.workers {
             if count + 1 < modules.len() && worker.is_free() {
-                let seat = &modules[count];
-                if let Some(call) = prepare_due_beside(seat, now, nominal) {
-                    seat.begin(true, monotonic());
-                    worker.dispatch(call, Arc::clone(seat));
+                let cell = &modules[count];
+                if let Some(call) = prepare_due_beside(cell, now, nominal) {
+                    cell.begin(true, monotonic());
+                    worker.dispatch(call, Arc::clone(cell));
                 }
                 count += 1;
             }
@@ -118,15 +118,15 @@ impl Workers {
     ) {
         for worker in &self.workers {
             // SAFETY: only the holder of the loop's token uses it.
-            let Some(seat) = (unsafe { (*worker.uncommitted.get()).take() }) else { continue };
-            if let Some((code, start, duration)) = worker.finish(&seat) {
+            let Some(cell) = (unsafe { (*worker.uncommitted.get()).take() }) else { continue };
+            if let Some((code, start, duration)) = worker.finish(&cell) {
                 if let Some(cycle) = traced {
-                    seat.record(shared, start, duration, cycle);
+                    cell.record(shared, start, duration, cycle);
                 }
                 // SAFETY: the step has ended and was not given up.
-                let runner = unsafe { seat.runner() };
+                let runner = unsafe { cell.runner() };
                 runner.log.release();
-                seat.measure(runner, duration, 1);
+                cell.measure(runner, duration, 1);
                 runner.count();
                 runner.commit(now, code, digest.as_deref_mut());
             }
@@ -138,23 +138,23 @@ impl Workers {
 /// Periods are counted in the `nominal` time of the cycle, so that a module is not a cycle late because its thread woke
 /// up a little later the cycle before.
 #[inline(always)] // Part of every step.
-fn is_due(seat: &Seat, nominal: u64) -> bool {
-    if seat.signal_turn() || !seat.is_idle() && !seat.reclaim() {
+fn is_due(cell: &RunnerCell, nominal: u64) -> bool {
+    if cell.signal_turn() || !cell.is_idle() && !cell.reclaim() {
         return false;
     }
-    // SAFETY: the caller holds the token and the seat is idle; the reference ends here.
-    unsafe { seat.runner() }.is_due(nominal)
+    // SAFETY: the caller holds the token and the cell is idle; the reference ends here.
+    unsafe { cell.runner() }.is_due(nominal)
 }
 
 /// Prepares a module that is due, for a step alone.
 #[inline(always)] // Part of every step.
-pub(super) fn prepare_due(seat: &Seat, now: u64, nominal: u64) -> Option<StepCall> {
-    if !is_due(seat, nominal) {
+pub(super) fn prepare_due(cell: &RunnerCell, now: u64, nominal: u64) -> Option<StepCall> {
+    if !is_due(cell, nominal) {
         return None;
     }
-    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
-    let runner = unsafe { seat.runner() };
-    if seat.is_isolated {
+    // SAFETY: the caller holds the token and the cell is idle; the references end before the step.
+    let runner = unsafe { cell.runner() };
+    if cell.is_isolated {
         runner.prepare(now);
     } else {
         // SAFETY: the loop makes this step and no other one at that time, so the modules that write in turn, which are its
@@ -165,12 +165,12 @@ pub(super) fn prepare_due(seat: &Seat, now: u64, nominal: u64) -> Option<StepCal
 }
 
 /// Prepares a module that is due, for a step beside others.
-fn prepare_due_beside(seat: &Seat, now: u64, nominal: u64) -> Option<StepCall> {
-    if !is_due(seat, nominal) {
+fn prepare_due_beside(cell: &RunnerCell, now: u64, nominal: u64) -> Option<StepCall> {
+    if !is_due(cell, nominal) {
         return None;
     }
-    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
-    let runner = unsafe { seat.runner() };
+    // SAFETY: the caller holds the token and the cell is idle; the references end before the step.
+    let runner = unsafe { cell.runner() };
     runner.log.hold();
     runner.prepare(now);
     Some(runner.call())
@@ -193,22 +193,22 @@ impl Worker {
             || self.state.load(Ordering::Acquire) == FREE
     }
 
-    fn dispatch(&self, call: StepCall, seat: Arc<Seat>) {
+    fn dispatch(&self, call: StepCall, cell: Arc<RunnerCell>) {
         // SAFETY: the worker is free, so it does not look at the job; the loop alone uses `uncommitted`.
         unsafe {
-            *self.uncommitted.get() = Some(Arc::clone(&seat));
-            *self.job.get() = Some((call, seat));
+            *self.uncommitted.get() = Some(Arc::clone(&cell));
+            *self.job.get() = Some((call, cell));
         }
         self.state.store(ASSIGNED, Ordering::Release);
         self.wake.notify(1);
     }
 
-    /// Waits for the step of that seat; `None` if it was given up.
-    fn finish(&self, seat: &Seat) -> Option<StepResult> {
+    /// Waits for the step of that cell; `None` if it was given up.
+    fn finish(&self, cell: &RunnerCell) -> Option<StepResult> {
         loop {
             match self.state.load(Ordering::Acquire) {
                 DONE => break,
-                _ if seat.is_given_up() => return None,
+                _ if cell.is_given_up() => return None,
                 _ => self.done.wait_timeout(Duration::from_millis(10)),
             };
         }
@@ -225,11 +225,11 @@ impl Worker {
                 continue;
             }
             // SAFETY: the state is GIVEN, so the job belongs to this thread.
-            let Some((call, seat)) = (unsafe { (*self.job.get()).take() }) else { continue };
+            let Some((call, cell)) = (unsafe { (*self.job.get()).take() }) else { continue };
             let start = monotonic();
-            // SAFETY: the loop prepared the runner, and the seat keeps others out.
+            // SAFETY: the loop prepared the runner, and the cell keeps others out.
             let code = unsafe { call.make() };
-            let ended = seat.end(code).then(|| (code, start, monotonic().saturating_sub(start)));
+            let ended = cell.end(code).then(|| (code, start, monotonic().saturating_sub(start)));
             // SAFETY: the loop looks at the result only when the state is DONE.
             unsafe { *self.result.get() = ended };
             self.state.store(DONE, Ordering::Release);

@@ -121,7 +121,7 @@ impl StepCall {
     /// Makes the step; returns the outcome, or -1 after a panic.
     ///
     /// # Safety
-    /// The runner was prepared and lives, and nobody else touches its instance and frame during the call.
+    /// The runner was prepared and lives, and its instance and frame have no other user during the call.
     #[inline]
     pub unsafe fn make(self) -> i32 {
         // SAFETY: passed on to the caller.

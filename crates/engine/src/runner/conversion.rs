@@ -4,7 +4,7 @@ use slate_blackboard::Property;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_module::{Flags, Level};
 
-use slate_composition::Wire;
+use slate_composition::LinkEnd;
 use slate_composition::link::{Filter, Program};
 
 use super::{AlignedMemory, Health, ParameterReader, Slots};
@@ -15,7 +15,7 @@ use crate::log::ModuleLog;
 /// logs and replay see the value that the module saw.
 pub struct Conversion {
     /// Target of the conversion.
-    pub wire: Wire,
+    pub link_end: LinkEnd,
     /// Property that it writes.
     pub property: Arc<Property>,
     /// Writer; `None` for the parameters, which tools write too.
@@ -168,10 +168,10 @@ impl Conversions {
     /// The ports are those that `readers` read.
     pub(super) fn convert(&mut self, readers: &mut [Latest], params: &mut ParameterReader, log: &ModuleLog) {
         let Self { sources, all } = self;
-        for conversion in all.iter_mut().filter(|conversion| conversion.wire != Wire::Enabled) {
+        for conversion in all.iter_mut().filter(|conversion| conversion.link_end != LinkEnd::Enabled) {
             let refused = conversion.update(sources);
-            match conversion.wire {
-                Wire::Params => {
+            match conversion.link_end {
+                LinkEnd::Params => {
                     if refused {
                         let text = "a linked parameter is out of its range, and keeps its value";
                         log.write(Level::Warn, text);
@@ -190,7 +190,7 @@ impl Conversions {
     /// Acts as [`convert`](Conversions::convert), for the module's switch.
     pub(super) fn convert_switch(&mut self) {
         let Self { sources, all } = self;
-        for conversion in all.iter_mut().filter(|conversion| conversion.wire == Wire::Enabled) {
+        for conversion in all.iter_mut().filter(|conversion| conversion.link_end == LinkEnd::Enabled) {
             for source in &conversion.sources {
                 sources[source.reader].refresh();
             }
@@ -204,7 +204,7 @@ impl Conversions {
     /// Marks linked inputs as stale or alive, as their sources are.
     pub(super) fn mark(&self, slots: &Slots, now: u64) {
         for conversion in &self.all {
-            let Wire::Port(slot) = conversion.wire else { continue };
+            let LinkEnd::Port(slot) = conversion.link_end else { continue };
             let slot = &slots[slot];
             let mut flags = slot.flags.get();
             if !conversion.sources.iter().all(ConvertedSource::is_working) {

@@ -89,9 +89,9 @@ impl Runner {
     }
 
     /// Gives up a running step: outputs become safe, and its services are withheld.
-    /// The step may still read its inputs, so they are pinned before the loop goes on.
+    /// The step may still read its inputs, so they are pinned before the loop continues.
     pub fn give_up(&mut self, now: u64) {
-        // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
+        // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it continues.
         unsafe { self.set_in_turn(false) };
         self.set_condition(ModuleCondition::LATE, now);
         self.publish_safe(now);
@@ -147,7 +147,7 @@ impl Runner {
     }
 
     /// Takes the instance out, so that it ends apart from the ports.
-    /// Nobody runs it: a late module is never retired.
+    /// No thread runs it: a late module is never retired.
     pub fn retire(&mut self) -> Retired {
         let retired = self.code.retire();
         self.services.withdraw(self.code.kind());

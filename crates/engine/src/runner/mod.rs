@@ -5,7 +5,6 @@
 mod code;
 mod conversion;
 mod entry_ports;
-mod frozen;
 mod health;
 mod inputs;
 mod lifecycle;
@@ -18,6 +17,7 @@ mod schedule;
 mod services;
 mod shadow;
 mod slots;
+mod snapshot;
 mod status;
 mod step_frame;
 mod supervised;
@@ -35,7 +35,6 @@ use crate::log::ModuleLog;
 pub use code::{ModuleCode, StepCall, StepCode};
 pub use conversion::{Conversion, Conversions, ConvertedSource};
 pub use entry_ports::EntryPorts;
-pub use frozen::FrozenRunner;
 pub use health::{Health, count};
 pub use inputs::{Group, Inputs};
 pub use outputs::{Outputs, priority};
@@ -48,8 +47,9 @@ pub use schedule::TickSchedule;
 pub use services::ModuleServices;
 pub use shadow::{Shadow, ShadowState};
 pub use slate_composition::own::{ModuleCondition, ModuleState, ModuleTiming};
-pub use slate_composition::{OwnSetup, Wire};
+pub use slate_composition::{LinkEnd, OwnSetup};
 pub use slots::Slots;
+pub use snapshot::RunnerSnapshot;
 pub use status::RunnerStatus;
 pub use step_frame::StepFrame;
 pub use supervised::Supervised;
@@ -187,7 +187,7 @@ impl Runner {
             if condition.is_working() || condition == ModuleCondition::FAILED {
                 self.set_condition(idle_condition, now);
                 self.publish_safe(now);
-                // What others use of it may use what it misses now.
+                // Its own services may need the missing service.
                 self.services.withdraw(self.code.kind());
                 self.services.abandon();
             } else if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
@@ -212,7 +212,7 @@ impl Runner {
         if self.inputs.conversions.is_empty() {
             return Some(missing);
         }
-        // What links fill is else only written before the step that this one waits for.
+        // Otherwise inputs of links are only written before the step that this one waits for.
         let is_updated = self.inputs.conversions.have_updates();
         self.inputs.refresh_sources();
         self.convert();
@@ -270,11 +270,11 @@ impl Runner {
     /// Acts as [`prepare`](Runner::prepare), for the loop's only step at that time.
     ///
     /// # Safety
-    /// The seats of the loop that write [in turn](slate_blackboard::channel::Writer::set_in_turn) are in no step until that
+    /// The cells of the loop that write [in turn](slate_blackboard::channel::Writer::set_in_turn) are in no step until that
     /// one has ended, or was [given up](Runner::give_up).
     #[inline]
     pub unsafe fn prepare_in_turn(&mut self, now: u64) {
-        // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given up.
+        // SAFETY: the values are looked at in the step, and their readers hold them when the step is given up.
         unsafe {
             if self.shortcuts.is_plain {
                 let StepFrame { slots, zeros, .. } = &mut self.frame;

@@ -123,7 +123,7 @@ impl Outputs {
         for (actuator, _) in self.ports.iter().filter_map(|output| output.actuator.as_ref()) {
             actuator.disarm(now);
             let name = actuator.name();
-            log.write(Level::Error, &format!("its actuator {name} is disarmed: `slate arm` lets it go on"));
+            log.write(Level::Error, &format!("its actuator {name} is disarmed: `slate arm` arms it"));
         }
     }
 }

@@ -237,7 +237,7 @@ impl OutboxPort {
     /// Resumes after `sent` messages, with the remembered deliveries.
     pub fn resume(&mut self, sent: u64, deliveries: &[(u64, u32)]) {
         self.sent = sent;
-        // What was sent until now is another life's.
+        // Earlier messages belong to another instance.
         self.tickets.fill(None);
         self.entries.iter_mut().for_each(|entry| entry.stamp.sequence = 0);
         let count = self.entries.len().max(1) as u64;
@@ -266,7 +266,7 @@ impl OutboxPort {
     }
 
     /// Marks waiting messages that were not sent again as lost.
-    /// Their mailbox is another agent's, so that nobody will answer.
+    /// Their mailbox is another agent's, so that no answer comes.
     pub fn mark_waiting_lost(&mut self) {
         for (entry, pending) in self.entries.iter().zip(&self.tickets) {
             if awaits_answer(entry, *pending) {

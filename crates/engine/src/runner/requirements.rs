@@ -40,7 +40,7 @@ impl Requirements {
     pub fn missing(&mut self, inputs: &[InputPort], readers: &[Latest]) -> Option<PortName> {
         let all = inputs.iter().zip(readers);
         let has_value = |slot: u32| {
-            // What is pinned when a cycle begins becomes a value then, and not when it is written.
+            // A value pinned at the start of a cycle counts from then, and not from its write.
             all.clone().any(|(input, reader)| {
                 input.slot == slot && (reader.value().is_some() || !input.is_previous && reader.has_news())
             })

@@ -1,4 +1,4 @@
-//! End of instances: code that does not return from it delays nobody.
+//! End of instances: code that does not return from it delays no other subscriber.
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -134,7 +134,7 @@ impl CallTimeout {
             Ok(result) => return Some(result),
             Err(failure) => failure.describe(call, limit),
         };
-        let text = format!("{} {failure}; it is waited for no more, and its library stays open", self.module);
+        let text = format!("{} {failure}; the host waits no longer, and its library stays open", self.module);
         self.logger.log(self.clock.now(), Level::Error, &text);
         None
     }
@@ -146,7 +146,7 @@ struct OwnedInstance {
     instance: *mut (),
 }
 
-// SAFETY: instances are `Send`, and nobody else uses this one.
+// SAFETY: instances are `Send`, and this one has no other user.
 unsafe impl Send for OwnedInstance {}
 
 impl OwnedInstance {
@@ -159,7 +159,7 @@ impl OwnedInstance {
         if instance.is_null() {
             return Ok(());
         }
-        // SAFETY: the kind made this instance, and nobody uses it.
+        // SAFETY: the kind made this instance, and it is unused.
         unsafe { self.kind.destroy(instance) }
     }
 }
@@ -203,7 +203,7 @@ impl Retired {
     /// # Errors
     /// A state that doesn't fit.
     pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
-        // SAFETY: the kind made this instance, and nobody else uses it.
+        // SAFETY: the kind made this instance, and it has no other user.
         unsafe { self.owned.kind.restore(self.owned.instance, state) }
     }
 

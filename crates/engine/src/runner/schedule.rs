@@ -82,12 +82,12 @@ impl TickSchedule {
 
     /// Returns the times of the last and the next tick, ns, and the `rewired` flag.
     /// The flag is true if links have changed since the last tick.
-    pub fn freeze(&self) -> (u64, u64, bool) {
+    pub fn snapshot(&self) -> (u64, u64, bool) {
         (self.last_tick, self.due, self.rewired)
     }
 
     /// Resumes from a snapshot.
-    pub fn thaw(&mut self, last_tick: u64, due: u64, rewired: bool) {
+    pub fn restore(&mut self, last_tick: u64, due: u64, rewired: bool) {
         (self.last_tick, self.due, self.rewired) = (last_tick, due, rewired);
     }
 }

@@ -5,7 +5,7 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
 use slate_composition::own::{ModuleCondition, ModuleState, PortName};
 
-use super::{FrozenRunner, Health};
+use super::{Health, RunnerSnapshot};
 
 /// Number of panics in a row after which a module stays off.
 /// A further start would not help.
@@ -114,21 +114,21 @@ impl RunnerStatus {
     }
 
     /// Writes the status to a snapshot.
-    pub(super) fn freeze(&self, frozen: &mut FrozenRunner) {
+    pub(super) fn snapshot(&self, saved: &mut RunnerSnapshot) {
         let PanicCounts { total, in_a_row, last } = self.report.panics;
-        frozen.condition = self.condition.map(|condition| condition.0);
-        (frozen.panics, frozen.panics_in_a_row, frozen.last_panic) = (total, in_a_row, last);
-        frozen.misses = self.health.misses.load(Ordering::Relaxed);
+        saved.condition = self.condition.map(|condition| condition.0);
+        (saved.panics, saved.panics_in_a_row, saved.last_panic) = (total, in_a_row, last);
+        saved.misses = self.health.misses.load(Ordering::Relaxed);
     }
 
     /// Resumes from a snapshot.
-    pub(super) fn thaw(&mut self, frozen: &FrozenRunner) {
-        self.condition = frozen.condition.map(ModuleCondition);
+    pub(super) fn restore(&mut self, saved: &RunnerSnapshot) {
+        self.condition = saved.condition.map(ModuleCondition);
         self.health.set(self.condition());
-        let FrozenRunner { panics, panics_in_a_row, last_panic, .. } = *frozen;
+        let RunnerSnapshot { panics, panics_in_a_row, last_panic, .. } = *saved;
         self.report.panics = PanicCounts { total: panics, in_a_row: panics_in_a_row, last: last_panic };
         self.health.panics.store(panics.into(), Ordering::Relaxed);
-        self.health.misses.store(frozen.misses, Ordering::Relaxed);
+        self.health.misses.store(saved.misses, Ordering::Relaxed);
     }
 
     /// Returns the writer of `/module/state`.

@@ -63,7 +63,7 @@ impl StepFrame {
     }
 
     /// Resumes after `number` steps.
-    pub(super) fn thaw(&mut self, number: u64, params_version: u64, random: Random) {
+    pub(super) fn restore(&mut self, number: u64, params_version: u64, random: Random) {
         (self.frame.number, self.frame.params_version) = (number, params_version);
         self.random.set(random);
     }

@@ -62,13 +62,13 @@ impl ModuleSwitch {
     }
 
     /// Returns the last value, and the cursor of its reader.
-    pub fn freeze(&self) -> (bool, u64) {
+    pub fn snapshot(&self) -> (bool, u64) {
         (self.is_on, self.reader.cursor())
     }
 
     /// Resumes from a snapshot.
     /// The next read finds the same value unless it was set meanwhile.
-    pub fn thaw(&mut self, is_on: bool, cursor: u64) {
+    pub fn restore(&mut self, is_on: bool, cursor: u64) {
         (self.is_on, self.last_count) = (is_on, None);
         self.reader.resume(cursor);
     }

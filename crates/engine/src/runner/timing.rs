@@ -91,12 +91,12 @@ impl StepTiming {
     }
 
     /// Returns the measurements.
-    pub(super) fn freeze(&self) -> Measured {
+    pub(super) fn snapshot(&self) -> Measured {
         self.measured.clone()
     }
 
     /// Resumes from a snapshot.
-    pub(super) fn thaw(&mut self, measured: &Measured) {
+    pub(super) fn restore(&mut self, measured: &Measured) {
         self.measured = measured.clone();
     }
 

@@ -8,8 +8,8 @@ use slate_module::Entry;
 use slate_composition::link::Filter;
 
 use super::{
-    Conversion, Conversions, ConvertedSource, EntryPorts, Group, InputPort, Inputs, QueueGauge, QueuePort,
-    Wire,
+    Conversion, Conversions, ConvertedSource, EntryPorts, Group, InputPort, Inputs, LinkEnd, QueueGauge,
+    QueuePort,
 };
 
 /// Links of a module's ports: readers and senders.
@@ -76,7 +76,7 @@ pub struct OutboxWiring {
 /// Conversion of a link that does not fit the port directly.
 pub enum ConversionWiring {
     /// Unchanged conversion.
-    Same(Wire),
+    Same(LinkEnd),
     /// New conversion; without a writer, it keeps the present one.
     New(Conversion),
 }
@@ -84,7 +84,7 @@ pub enum ConversionWiring {
 /// Source of a conversion.
 pub struct SourceWiring {
     /// Target.
-    pub wire: Wire,
+    pub link_end: LinkEnd,
     /// Reader and conversion of the source; `None` if the conversion is unchanged.
     pub source: Option<(Latest, ConvertedSource)>,
     /// Index in the present conversion.
@@ -162,16 +162,17 @@ impl Conversions {
         let mut readers: Vec<Option<Latest>> =
             std::mem::take(&mut self.sources).into_iter().map(Some).collect();
         for conversion in conversions {
-            let known = |old: &[Conversion], wire| old.iter().position(|other| other.wire == wire);
+            let known =
+                |old: &[Conversion], link_end| old.iter().position(|other| other.link_end == link_end);
             match conversion {
-                ConversionWiring::Same(wire) => {
-                    if let Some(at) = known(&old, wire) {
+                ConversionWiring::Same(link_end) => {
+                    if let Some(at) = known(&old, link_end) {
                         self.all.push(old.swap_remove(at));
                     }
                 }
                 ConversionWiring::New(mut new) => {
                     if new.writer.is_none()
-                        && let Some(at) = known(&old, new.wire)
+                        && let Some(at) = known(&old, new.link_end)
                     {
                         new.writer = std::mem::take::<Option<Writer>>(&mut old[at].writer);
                     }
@@ -179,8 +180,8 @@ impl Conversions {
                 }
             }
         }
-        for SourceWiring { wire, source, ordinal } in sources {
-            let Some(conversion) = self.all.iter_mut().find(|other| other.wire == wire) else {
+        for SourceWiring { link_end, source, ordinal } in sources {
+            let Some(conversion) = self.all.iter_mut().find(|other| other.link_end == link_end) else {
                 continue;
             };
             let index = self.sources.len();
@@ -200,7 +201,8 @@ impl Conversions {
             }
         }
         for conversion in &mut self.all {
-            let own = inputs.iter().position(|input| Wire::Port(input.slot as usize) == conversion.wire);
+            let own =
+                inputs.iter().position(|input| LinkEnd::Port(input.slot as usize) == conversion.link_end);
             conversion.reader = own.unwrap_or(0);
         }
         replaced.readers.extend(readers.into_iter().flatten());

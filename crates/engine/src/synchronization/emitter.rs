@@ -24,7 +24,7 @@ impl Emitter {
 
     /// Returns true if the point, or one above it, was ever requested.
     /// Requested by [`Synchronization::point`]. A frequent emitter may skip its emits before that; the point's count
-    /// then begins with the first emit for which somebody could wait.
+    /// then begins with the first emit that a thread could wait for.
     ///
     /// [`Synchronization::point`]: super::Synchronization::point
     #[inline]

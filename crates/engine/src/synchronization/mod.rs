@@ -62,7 +62,7 @@ const POINT_LIMIT: usize = 4096;
 pub enum PointError {
     /// Invalid name of a point.
     #[error(
-        "`{name}` is no name of a synchronisation point: expected up to {DEPTH_LIMIT} parts of letters, digits, `_`, `-` \
+        "`{name}` is no name of a synchronization point: expected up to {DEPTH_LIMIT} parts of letters, digits, `_`, `-` \
          and `.`, each after a `/`, such as `/stage/act/start`"
     )]
     Name {
@@ -70,14 +70,14 @@ pub enum PointError {
         name: String,
     },
     /// Limit of the number of points.
-    #[error("no room for the synchronisation point `{name}`: there are {POINT_LIMIT}, which is the limit")]
+    #[error("no room for the synchronization point `{name}`: there are {POINT_LIMIT}, which is the limit")]
     TooMany {
         /// Name.
         name: String,
     },
 }
 
-/// All synchronisation points of an agent.
+/// All synchronization points of an agent.
 #[derive(Debug, Default)]
 pub struct Synchronization {
     points: Mutex<Points>,

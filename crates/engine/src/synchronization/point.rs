@@ -61,14 +61,14 @@ fn names(late: &[Arc<str>]) -> String {
     late.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// Synchronisation point.
+/// Synchronization point.
 #[derive(Debug)]
 pub struct Point {
     name: Arc<str>,
     parent: Option<Arc<Point>>,
     /// Number of emits here and below.
     /// Emitters and waiters only ever exchange it, and so each learns what those before it did: an emitter after a
-    /// waiter's look sees the waiter's seat, and the waiter sees an earlier emit.
+    /// waiter's check sees the waiter's slot, and the waiter sees an earlier emit.
     count: AtomicU64,
     waiter_slots: WaiterSlots,
     /// True once the point, or one above it, was requested.
@@ -116,7 +116,7 @@ impl Point {
     }
 
     /// Waits until each emitter of the mark `since`, here or below, has emitted again.
-    /// Returns the next mark, which includes later emitters. One that leaves delays nobody; without any left, it
+    /// Returns the next mark, which includes later emitters. One that leaves delays no waiter; without any left, it
     /// returns at once.
     ///
     /// # Errors

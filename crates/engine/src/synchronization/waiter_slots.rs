@@ -4,7 +4,7 @@ use slate_blackboard::wake::Wake;
 
 use super::sync::{AtomicBool, Ordering};
 
-/// Seats for sleeping threads, one each.
+/// Cells for sleeping threads, one each.
 /// Their number is the maximum of simultaneous sleepers so far; none is removed, so a wake-up needs no lock.
 #[derive(Debug, Default)]
 pub(super) struct WaiterSlots {
@@ -18,11 +18,11 @@ struct WaiterSlot {
     next: OnceLock<Box<WaiterSlot>>,
 }
 
-/// Seat taken by this thread, until it is dropped.
+/// Cell taken by this thread, until it is dropped.
 pub(super) struct AcquiredSlot<'a>(&'a WaiterSlot);
 
 impl WaiterSlots {
-    /// Takes a free seat, or makes one.
+    /// Takes a free slot, or makes one.
     pub fn acquire(&self) -> AcquiredSlot<'_> {
         let mut slot = self.first.get_or_init(Box::default);
         while slot.taken.swap(true, Ordering::AcqRel) {

@@ -65,7 +65,7 @@ impl LiveHistogram {
         (histogram.sum, histogram.min, histogram.max) = (load(&self.sum), load(&self.min), load(&self.max));
     }
 
-    /// Clears all counts; nobody may record meanwhile.
+    /// Clears all counts; no thread may record meanwhile.
     pub fn clear(&self) {
         self.buckets.iter().for_each(|bucket| bucket.store(0, Ordering::Relaxed));
         self.sum.store(0, Ordering::Relaxed);

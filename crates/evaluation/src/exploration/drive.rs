@@ -88,7 +88,7 @@ impl<'a> ExplorationDrive<'a> {
             time: 0.0,
             run: ExplorationRun { time_to_90: None, time_to_99: None, path_length: 0.0 },
         };
-        drive.look();
+        drive.scan();
         Some(drive)
     }
 
@@ -138,18 +138,18 @@ impl<'a> ExplorationDrive<'a> {
                 self.position = (self.position.0 + x * share, self.position.1 + y * share);
                 if scan_in <= 1e-9 {
                     scan_in = PERIOD;
-                    self.look();
+                    self.scan();
                 }
             }
             if left <= 0.0 {
                 return;
             }
         }
-        self.look();
+        self.scan();
     }
 
     /// Adds a scan to the map, and records the known share.
-    fn look(&mut self) {
+    fn scan(&mut self) {
         let truth = &self.building.map;
         let range = SENSOR_RANGE / truth.geometry.resolution;
         for beam in 0..BEAMS {

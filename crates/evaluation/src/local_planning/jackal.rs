@@ -29,7 +29,7 @@ const FIELD_OF_VIEW: f64 = 1.5 * std::f64::consts::PI;
 const RANGES: [f64; 2] = [0.1, 30.0];
 const RANGE_STDDEV: f64 = 0.005;
 /// Time of a step, s.
-const STEP: f64 = 0.01;
+const TIME_STEP: f64 = 0.01;
 
 /// Robot with a differential drive, limits of acceleration and a laser.
 pub struct Jackal<'a> {
@@ -70,16 +70,16 @@ impl<'a> Jackal<'a> {
 
     /// Drives at a commanded velocity for a time, s, until it touches something.
     pub fn drive(&mut self, command: PlanarVelocity, seconds: f64) {
-        for _ in 0..(seconds / STEP).round() as usize {
+        for _ in 0..(seconds / TIME_STEP).round() as usize {
             if self.has_collided {
                 return;
             }
-            self.state.velocity = MOTORS.apply(self.state.velocity, command, STEP);
+            self.state.velocity = MOTORS.apply(self.state.velocity, command, TIME_STEP);
             let pose = &mut self.state.pose;
-            let middle = pose.theta + 0.5 * STEP * self.state.velocity.wz;
-            pose.x += STEP * self.state.velocity.vx * math::cos(middle);
-            pose.y += STEP * self.state.velocity.vx * math::sin(middle);
-            pose.theta = math::wrap_angle(pose.theta + STEP * self.state.velocity.wz);
+            let middle = pose.theta + 0.5 * TIME_STEP * self.state.velocity.wz;
+            pose.x += TIME_STEP * self.state.velocity.vx * math::cos(middle);
+            pose.y += TIME_STEP * self.state.velocity.vx * math::sin(middle);
+            pose.theta = math::wrap_angle(pose.theta + TIME_STEP * self.state.velocity.wz);
             self.has_collided = self.touches();
         }
     }

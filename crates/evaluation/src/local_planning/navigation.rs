@@ -86,7 +86,7 @@ impl BarnNavigation {
 
     /// Returns the velocity to command at a time, s.
     pub fn step(&mut self, robot: &mut Jackal<'_>, time: f64) -> PlanarVelocity {
-        self.look(robot, time);
+        self.scan(robot, time);
         let state = robot.state;
         if self.planned.is_none_or(|planned| time - planned >= REPLAN_PERIOD - 1e-9) {
             self.planned = Some(time);
@@ -110,7 +110,7 @@ impl BarnNavigation {
     }
 
     /// Inserts a scan into the costmap and the local memory.
-    fn look(&mut self, robot: &mut Jackal<'_>, time: f64) {
+    fn scan(&mut self, robot: &mut Jackal<'_>, time: f64) {
         let laser = robot.laser();
         self.hits.clear();
         self.clearing.clear();

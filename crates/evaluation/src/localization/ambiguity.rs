@@ -15,7 +15,7 @@ const OTHER_PLACE: [f64; 2] = [1.0, 0.5];
 const LATTICE: f64 = 0.25;
 const DIRECTIONS: usize = 72;
 /// Coarse match: range tolerance, m, and least share of matching beams.
-/// The first pair holds at places of the lattice, which are some decimetres beside the best pose, the second at the
+/// The first pair holds at places of the lattice, which are some decimeters beside the best pose, the second at the
 /// best pose.
 const COARSE: [f64; 2] = [0.3, 0.75];
 const FINE: [f64; 2] = [0.15, 0.9];

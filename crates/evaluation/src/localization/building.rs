@@ -136,7 +136,7 @@ fn connected(geometry: &Geometry, walls: &[bool], from: &[bool]) -> Vec<bool> {
     seen
 }
 
-/// Adds cells that are neighbours of those found, and taken.
+/// Adds cells that are neighbors of those found, and taken.
 fn spread(geometry: &Geometry, found: &mut Vec<usize>, mut take: impl FnMut(usize) -> bool) {
     let mut next = 0;
     while let Some(&cell) = found.get(next) {

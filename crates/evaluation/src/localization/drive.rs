@@ -10,7 +10,7 @@ use super::building::Building;
 const PERIOD: f64 = 0.1;
 /// Velocity along the route, m/s, and largest turn, rad/s.
 const VELOCITY: f64 = 0.5;
-const TURN: f64 = 1.0;
+const MAX_ANGULAR_VELOCITY: f64 = 1.0;
 /// Distance that selects the next point of the route, m, and turn threshold.
 /// The threshold is the heading error from which the robot turns in place, rad.
 const ARRIVED: f64 = 0.1;
@@ -24,9 +24,9 @@ pub struct OdometryErrors {
     pub translation_factor: f64,
     /// Deviation of the factor on rotations.
     pub rotation_factor: f64,
-    /// Deviation of the translation after a metre, m/sqrt(m).
+    /// Deviation of the translation after a meter, m/sqrt(m).
     pub translation_stddev: f64,
-    /// Deviation of the heading after a metre or a radian, rad/sqrt(m).
+    /// Deviation of the heading after a meter or a radian, rad/sqrt(m).
     pub rotation_stddev: f64,
 }
 
@@ -105,7 +105,7 @@ impl<'a> RouteDrive<'a> {
             return;
         }
         let error = math::angle_between(self.truth.theta, math::atan2(up, right));
-        let turn = math::clamp(error, -TURN * PERIOD, TURN * PERIOD);
+        let turn = math::clamp(error, -MAX_ANGULAR_VELOCITY * PERIOD, MAX_ANGULAR_VELOCITY * PERIOD);
         let translation =
             if error.abs() > ON_THE_SPOT { 0.0 } else { math::min(VELOCITY * PERIOD, distance) };
         self.truth = moved(&self.truth, turn, translation);

@@ -160,7 +160,7 @@ pub fn track(setting: TrialSetting<'_>, seed: u64, length: f64) -> Option<Errors
     trial.start_known();
     let mut errors = Errors::default();
     trial.drive(length, |[position, heading], driven| {
-        // The first metre is for the filter to converge.
+        // The first meter is for the filter to converge.
         if driven > 1.0 {
             errors.position.push(position);
             errors.heading.push(heading);

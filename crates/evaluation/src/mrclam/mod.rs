@@ -21,7 +21,7 @@ const GOAL: (u32, f64) = (3, 0.12);
 const ROBOTS: u32 = 5;
 /// Standard deviations of the odometry's twist, m/s and rad/s.
 const TWIST_STDDEV: [f64; 2] = [0.01, 0.02];
-/// Standard deviations of a landmark's range (m, and per metre) and bearing, rad.
+/// Standard deviations of a landmark's range (m, and per meter) and bearing, rad.
 const LANDMARK_STDDEV: [f64; 3] = [0.03, 0.02, 0.015];
 /// Mahalanobis distance from which a landmark is an outlier: barcodes are misread.
 const GATE: f64 = 5.0;

@@ -50,7 +50,7 @@ impl UnknownDrive {
         let mut here = problem.start;
         let Ok(unseen) = CostGrid::new(grid.width(), grid.height(), |_| 0) else { return };
         let mut planner = DStarLite::new(unseen, here, problem.goal);
-        look(grid, &mut planner, here);
+        observe(grid, &mut planner, here);
         // The first plan is the same work for both.
         let mut path: Vec<GridCell> = planner.plan().map(|path| path.cells().to_vec()).unwrap_or_default();
         let mut at = 0;
@@ -89,7 +89,7 @@ impl UnknownDrive {
     }
 }
 
-fn look(grid: &CostGrid, planner: &mut DStarLite, from: GridCell) {
+fn observe(grid: &CostGrid, planner: &mut DStarLite, from: GridCell) {
     for cell in obstacles_in_sight(grid, planner.grid(), from) {
         planner.set_cost(cell, LETHAL);
     }

@@ -65,7 +65,7 @@ pub fn errors(trajectory: &[(f64, Pose2)], relations: &[Relation]) -> RelationEr
     }
 }
 
-/// Returns the pose at a time, interpolated linearly between its neighbours.
+/// Returns the pose at a time, interpolated linearly between its neighbors.
 /// Outside, that of the nearest end.
 fn at(trajectory: &[(f64, Pose2)], time: f64) -> Pose2 {
     let after = trajectory.partition_point(|(other, _)| *other < time);

@@ -13,7 +13,7 @@ pub use repeat::Repeat;
 pub use sequence::InSequence;
 use slate_module::{Priority, Sequence, Text, Tick};
 pub use transmission::Transmission;
-pub use tree::{ActionTree, Beside};
+pub use tree::{ActionTree, ParallelWriter};
 
 use crate::ActionRequest;
 use crate::message::{ARGUMENTS, KIND_LENGTH};
@@ -60,7 +60,7 @@ pub trait ActionKind: Sized {
     }
 }
 
-/// Behaviour of a kind of action on a body `B`.
+/// Behavior of a kind of action on a body `B`.
 /// `B` is the `#[ports]` struct of the commands and inputs of the robot's actions.
 ///
 /// A macro-action has others as fields and calls their [`act`](Action::act) in its own.

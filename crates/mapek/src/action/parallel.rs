@@ -35,7 +35,7 @@ macro_rules! parallel {
             }
 
             fn describe(&self, tree: &mut ActionTree) {
-                tree.beside(|tree| {
+                tree.parallel(|tree| {
                     $(if self.done & 1 << $index == 0 {
                         tree.child(&self.actions.$index);
                     })+

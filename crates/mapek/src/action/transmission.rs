@@ -31,7 +31,7 @@ use super::Step;
 ///
 /// impl ActionKind for SendThere {
 ///     const KIND: &'static str = "SendThere";
-///     /// To the east and to the north, metres.
+///     /// To the east and to the north, meters.
 ///     type Arguments = [f64; 2];
 ///
 ///     fn start(place: [f64; 2]) -> Self {

@@ -34,12 +34,12 @@ impl ActionTree {
     }
 
     /// Writes actions that run in parallel: `(A | B)`.
-    pub fn beside(&mut self, each: impl FnOnce(&mut Beside<'_>)) {
+    pub fn parallel(&mut self, each: impl FnOnce(&mut ParallelWriter<'_>)) {
         if self.below {
             self.push(" > ");
         }
         self.push("(");
-        each(&mut Beside { tree: self, first: true });
+        each(&mut ParallelWriter { tree: self, first: true });
         self.push(")");
         self.below = true;
     }
@@ -60,14 +60,14 @@ impl ActionTree {
     }
 }
 
-/// Writer of parallel actions; made by [`ActionTree::beside`].
+/// Writer of parallel actions; made by [`ActionTree::parallel`].
 #[derive(Debug)]
-pub struct Beside<'a> {
+pub struct ParallelWriter<'a> {
     tree: &'a mut ActionTree,
     first: bool,
 }
 
-impl Beside<'_> {
+impl ParallelWriter<'_> {
     /// Writes one of them.
     pub fn child<A: ActionKind>(&mut self, action: &A) {
         if !self.first {

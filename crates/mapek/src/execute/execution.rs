@@ -100,7 +100,7 @@ impl<R: Repertoire> Execution<R> {
 
     pub(super) fn write_waiting(&self, waiting: &Output<WaitingActions>) {
         let (high, normal) = self.pipeline.waiting();
-        // There is room for both levels of the pipeline.
+        // It has room for both levels of the pipeline.
         waiting.write((high + normal).min(waiting.capacity()), |list| {
             list.revision = self.pipeline.revision();
             for (slot, entry) in list.actions.iter_mut().zip(self.pipeline.iter()) {

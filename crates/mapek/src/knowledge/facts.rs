@@ -42,7 +42,7 @@ impl<T> Default for Facts<T> {
 
 impl<T> Facts<T> {
     /// Adds a statement if it is its origin's newest; returns whether it was.
-    pub fn tell(&mut self, fact: Fact<T>) -> bool {
+    pub fn insert(&mut self, fact: Fact<T>) -> bool {
         match self.facts.binary_search_by_key(&fact.origin, |known| known.origin) {
             Ok(at) if self.facts[at].version < fact.version => self.facts[at] = fact,
             Ok(_) => return false,

@@ -48,7 +48,7 @@ const LATE_PERIODS: f64 = 5.0;
 /// Periods between two measurements of a device that is no longer late.
 const FRESH_PERIODS: f64 = 3.0;
 /// Least age at which a device is late, and at which it has stopped, seconds.
-const LEAST_LATE: f64 = 0.2;
+const MIN_LATE_AGE: f64 = 0.2;
 const LEAST_SILENT: f64 = 1.0;
 
 /// Sensor or actuator of a robot.
@@ -92,7 +92,7 @@ impl Device {
         let age = seconds(stamp.time, now.now());
         let is_new = stamp.time > before;
         let in_time =
-            is_new && seconds(before, stamp.time) <= math::max(self.periods(FRESH_PERIODS), LEAST_LATE);
+            is_new && seconds(before, stamp.time) <= math::max(self.periods(FRESH_PERIODS), MIN_LATE_AGE);
         let was_late = matches!(self.health, DeviceHealth::LATE | DeviceHealth::SILENT)
             || (before > 0 && seconds(before, stamp.time) > self.late_after());
         self.health = if age > self.silent_after() {
@@ -121,7 +121,7 @@ impl Device {
     /// Returns the age of the newest measurement above which the device is late, s.
     /// It is five periods, at least 0.2 s.
     pub fn late_after(&self) -> f64 {
-        math::max(self.periods(LATE_PERIODS), LEAST_LATE)
+        math::max(self.periods(LATE_PERIODS), MIN_LATE_AGE)
     }
 
     /// Returns the age of the newest measurement above which the device has stopped, s.

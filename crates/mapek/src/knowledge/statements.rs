@@ -132,7 +132,7 @@ impl<T: Plain + PartialEq> Statements<T> {
                     key: Text::new(key),
                     ..FactHead::default()
                 };
-                // What is not stated stays all zero.
+                // Unstated entries stay all zero.
                 fact.head = head;
                 if let Some(value) = known.value {
                     fact.value = value;

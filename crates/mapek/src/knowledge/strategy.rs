@@ -29,7 +29,7 @@ impl StoredPlan {
     }
 
     fn record(&mut self, success: bool, seconds: f64) {
-        // What was remembered may be any number.
+        // The saved number is not checked yet.
         self.tried = self.tried.saturating_add(1);
         if success {
             self.succeeded = self.succeeded.saturating_add(1);

@@ -52,7 +52,7 @@ impl StrategyModel {
             begins |= !outcome.success.get();
         }
         if begins {
-            // Its value is all zero as long as there is none.
+            // Its value is all zero without a plan.
             let library = ports.library.get();
             let best = library.and_then(|library| self.best(library));
             if let (None, Some(library)) = (best, library) {

@@ -89,7 +89,7 @@ impl<T: Plain> FactTable<T> {
             // SAFETY: the fact lies in the table, which is borrowed exclusively.
             unsafe { clear_padding(Stated::<T>::DESCRIPTOR, first.add(i * size_of::<Stated<T>>()), 0) };
         }
-        // SAFETY: fields are initialised, and so is the padding now.
+        // SAFETY: fields are initialized, and so is the padding now.
         xxh3_64(unsafe { std::slice::from_raw_parts(first, size) })
     }
 

@@ -31,8 +31,8 @@ impl<K: Ord, T> Default for WorldModel<K, T> {
 
 impl<K: Ord, T> WorldModel<K, T> {
     /// Adds a statement about the key; false if its origin has made a newer one.
-    pub fn tell(&mut self, key: K, fact: Fact<T>) -> bool {
-        self.facts.entry(key).or_default().tell(fact)
+    pub fn insert(&mut self, key: K, fact: Fact<T>) -> bool {
+        self.facts.entry(key).or_default().insert(fact)
     }
 
     /// Returns the facts of a key.
@@ -64,7 +64,7 @@ impl<K: Ord, T> WorldModel<K, T> {
             let version = Version { epoch: head.epoch, sequence: head.sequence };
             let (origin, certainty, value) = (head.origin, head.certainty, Some(stated.value));
             let fact = Fact { origin, version, time: head.order, certainty, value };
-            facts.entry(head.key.as_str().into()).or_default().tell(fact);
+            facts.entry(head.key.as_str().into()).or_default().insert(fact);
         }
         let before = std::mem::replace(&mut self.facts, facts);
         let gone = before.keys().filter(|key| !self.facts.contains_key(*key));

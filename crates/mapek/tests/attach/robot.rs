@@ -7,7 +7,7 @@ use slate_module::prelude::*;
 /// A distance.
 #[interface]
 pub struct Near {
-    /// Metres.
+    /// Meters.
     pub distance: f64,
 }
 

@@ -95,7 +95,7 @@ pub fn reflex(action: ActionRequest, rank: i32) -> Reflex {
 #[interface]
 #[derive(PartialEq)]
 pub struct Near {
-    /// Metres.
+    /// Meters.
     #[unit("m")]
     pub distance: f64,
 }

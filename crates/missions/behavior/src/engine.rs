@@ -34,7 +34,7 @@ pub struct BehaviorEngine {
     is_changed: bool,
     /// Number of ticks and jumps that have changed a state.
     changes: u64,
-    /// Error of a tick, after which the mission can't go on.
+    /// Error of a tick, after which the mission can't continue.
     failure: Option<BehaviorError>,
 }
 
@@ -123,7 +123,7 @@ impl BehaviorEngine {
     /// A mission that has ended stays so.
     ///
     /// # Errors
-    /// If a script uses more than its limits, or a machine can't go on. The mission can't go on either.
+    /// If a script uses more than its limits, or a machine can't continue. The mission can't continue either.
     pub fn tick(&mut self, now: u64, host: &mut dyn BehaviorHost) -> Result<BehaviorStatus, BehaviorError> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());

@@ -1,4 +1,4 @@
-//! Errors of behaviours.
+//! Errors of behaviors.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Behaviour engine in Lua: skills as hybrid state machines, and agents above them.
+//! Behavior engine in Lua: skills as hybrid state machines, and agents above them.
 //!
 //! [`SkillFiles`] names the files of a mission and [`BehaviorEngine`] executes them tick by tick: a
 //! [`BehaviorHost`] performs the actions and answers the conditions. [`check_machines`] finds defects before it runs.

@@ -1,7 +1,7 @@
 //! Prints traces of trees, for `tests/compare_behavior_tree_cpp.py`.
 //!
 //! A line is a tree: `{"xml": "...", "answers": {"A0": "RSF"}, "entries": {"x": 1}, "ticks": 20, "period": 30}`. The
-//! n-th call of a leaf has the n-th answer: running, success or failure. Time goes on by `period` ms with each tick. With
+//! n-th call of a leaf has the n-th answer: running, success or failure. Time continues by `period` ms with each tick. With
 //! `"statuses": true`, the statuses of all nodes follow each tick.
 
 use std::collections::BTreeMap;

@@ -219,7 +219,7 @@ fn dead_nodes(tree: &BehaviorTree, outcomes: &[u8], findings: &mut Vec<TreeFindi
             if alive[index] && !is_reached {
                 let dead = &tree.nodes[*child];
                 let text =
-                    format!("`{}` is never ticked, because of what the node before it returns", dead.path);
+                    format!("`{}` is never ticked, because of the result of the node before it", dead.path);
                 findings.push(finding(tree, *child, TreeFindingKind::DeadNode, text));
             }
         }

@@ -1,8 +1,8 @@
-//! Errors of behaviour trees.
+//! Errors of behavior trees.
 
 use std::path::{Path, PathBuf};
 
-/// Behaviour tree, or a file of one, that is refused.
+/// Behavior tree, or a file of one, that is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", place(.file, *.line))]
 pub struct TreeError {

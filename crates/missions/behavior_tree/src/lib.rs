@@ -1,4 +1,4 @@
-//! Behaviour trees: missions of robots in the XML of BehaviorTree.CPP 4.
+//! Behavior trees: missions of robots in the XML of BehaviorTree.CPP 4.
 //!
 //! [`BehaviorTree`] reads a tree with its sub-trees, and [`TreeExecutor`] executes it tick by tick: a [`TreeHost`]
 //! performs the actions and answers the conditions. [`check_tree`] finds defects of a tree before it runs. None of

@@ -1,4 +1,4 @@
-//! Behaviour trees, checked and ready to run.
+//! Behavior trees, checked and ready to run.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub enum NodeStatus {
     Succeeded,
     /// The node has failed.
     Failed,
-    /// Passed over; its parent goes on as if it were not there.
+    /// Passed over; its parent continues as if it were not there.
     Skipped,
 }
 
@@ -288,7 +288,7 @@ impl TreeLeaf {
     }
 }
 
-/// Behaviour tree with its sub-trees, ready to run.
+/// Behavior tree with its sub-trees, ready to run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BehaviorTree {
     pub(crate) name: String,

@@ -18,7 +18,7 @@ fn a_sequence_with_memory_keeps_what_has_succeeded() {
 }
 
 #[test]
-fn a_reactive_sequence_asks_again_and_halts() {
+fn reactive_sequence_ticks_again_and_halts() {
     let answers = [("P", "SSF"), ("A", "R")];
     let found = trace("<ReactiveSequence><P/><A/></ReactiveSequence>", &answers, 3);
     assert_eq!(found, ["ask P, start A: Running", "ask P, go on A: Running", "ask P, halt A: Failed"]);
@@ -59,7 +59,7 @@ fn a_parallel_all_waits_for_every_child() {
 }
 
 #[test]
-fn if_then_else_asks_once_and_while_do_else_each_tick() {
+fn if_then_else_checks_once_and_while_do_else_each_tick() {
     let answers = [("P", "SFF"), ("A", "R"), ("B", "R")];
     let found = trace("<IfThenElse><P/><A/><B/></IfThenElse>", &answers, 2);
     assert_eq!(found, ["ask P, start A: Running", "go on A: Running"]);

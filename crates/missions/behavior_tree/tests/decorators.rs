@@ -64,7 +64,7 @@ fn a_halted_timer_begins_anew() {
 }
 
 #[test]
-fn what_runs_once_is_skipped_or_repeats_its_answer() {
+fn run_once_skips_or_repeats_its_result() {
     let found = trace("<RunOnce><A/></RunOnce>", &[("A", "F")], 2);
     assert_eq!(found, ["start A: Failed", ": Skipped"]);
     let found = trace("<RunOnce then_skip=\"false\"><A/></RunOnce>", &[("A", "F")], 2);

@@ -103,7 +103,7 @@ fn an_entry_without_a_value_was_not_updated() {
 }
 
 #[test]
-fn what_waits_for_a_value_halts_its_child() {
+fn wait_for_value_halts_its_child() {
     let node =
         "<ReactiveFallback><P/><SkipUnlessUpdated entry=\"{x}\"><A/></SkipUnlessUpdated></ReactiveFallback>";
     let mut executor = TreeExecutor::new(tree(node));

@@ -60,7 +60,7 @@ pub struct BehaviorPlanParams {
         doc = "call of a skill, such as `moveto{x = 1, y = 2}`; empty for the skill of the file"
     )]
     skill: Text<252>,
-    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the files again while the mission goes on")]
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the files again while the mission runs")]
     revision: u32,
     #[param(default = 1_000_000, range = 1_000..=400_000_000, doc = "tokens of Lua that a run executes at most")]
     operation_limit: u32,

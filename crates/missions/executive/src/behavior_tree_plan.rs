@@ -1,4 +1,4 @@
-//! Plan whose mission is a behaviour tree.
+//! Plan whose mission is a behavior tree.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::view::{
 /// Maximum number of ticks of a tree in a run of the Plan.
 const MOST_TICKS: usize = 32;
 
-/// State of a mission that is a behaviour tree.
+/// State of a mission that is a behavior tree.
 #[interface]
 pub struct TreeMissionStatus {
     /// Number of ticks of the tree.
@@ -73,7 +73,7 @@ pub struct BehaviorTreePlanParams {
     tree_filename: Text<252>,
     #[param(default = "", doc = "names of numbers in scripts, such as `RED = 0, GREEN = 1`")]
     enumerations: Text<252>,
-    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission goes on")]
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission runs")]
     revision: u32,
 }
 
@@ -118,7 +118,7 @@ impl MissionExecutor for TreeExecutor {
     fn force(&mut self, element: usize, outcome: ForcedOutcome, mut robot: MissionRobot<'_>) -> Forcing {
         let tree = self.tree();
         let Some((index, leaf)) = tree::leaf(tree, element) else {
-            let reason = "only an action or a condition can be forced: what is above them follows from them";
+            let reason = "only an action or a condition can be forced: the nodes above follow from them";
             return Forcing::Refused(reason.into());
         };
         match leaf.kind() {
@@ -141,14 +141,14 @@ impl MissionExecutor for TreeExecutor {
     }
 }
 
-/// Plan that follows a behaviour tree.
+/// Plan that follows a behavior tree.
 ///
 /// Its actions are those of Execute, its conditions come from Analyzes and Knowledge.
 pub struct BehaviorTreePlan;
 
 impl Plan for BehaviorTreePlan {
     const NAME: &'static str = "behavior_tree_plan";
-    const DOC: &'static str = "Follows a mission that is a behaviour tree.";
+    const DOC: &'static str = "Follows a mission that is a behavior tree.";
     type Noticed = BehaviorTreePlanPorts;
     type Params = BehaviorTreePlanParams;
     type State = BehaviorTreePlanState;

@@ -64,9 +64,9 @@ pub struct GologPlanPorts {
 pub struct GologPlanParams {
     #[param(default = "", doc = "file of the theory with its procedure `main`")]
     program_filename: Text<252>,
-    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission goes on")]
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission runs")]
     revision: u32,
-    #[param(default = 500, range = 1..=1_000_000, doc = "transitions of a search in a run of the Plan; it goes on with the next run")]
+    #[param(default = 500, range = 1..=1_000_000, doc = "transitions of a search in a run of the Plan; it continues in the next run")]
     search_transitions: u32,
     #[param(default = 200_000, range = 1..=10_000_000, doc = "transitions of a search after which the mission fails")]
     most_search_transitions: u32,

@@ -3,7 +3,7 @@
 //! A mission reads conditions, which Analyzes, Knowledge or a person set ([`conditions`]), and performs actions of
 //! Execute by their kind and arguments ([`actions`]). A developer sees and changes its activity in [`view`].
 //! [`petri_net_plan`] is a Plan whose mission is a Petri Net Plan, [`behavior_tree_plan`] one whose mission is a
-//! behaviour tree, [`golog_plan`] one whose mission is a Golog program, and `behavior_plan`, by the feature `lua`, one
+//! behavior tree, [`golog_plan`] one whose mission is a Golog program, and `behavior_plan`, by the feature `lua`, one
 //! that runs skills in Lua.
 
 pub mod actions;

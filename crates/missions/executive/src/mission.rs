@@ -43,7 +43,7 @@ pub trait MissionExecutor: Sized {
     /// Performs the smallest step.
     ///
     /// # Errors
-    /// Why the mission can't go on.
+    /// Why the mission can't continue.
     fn step(&mut self, robot: MissionRobot<'_>) -> Result<(), String>;
 
     /// Forces the event of an element.
@@ -123,8 +123,8 @@ impl<'de, E: MissionExecutor> Deserialize<'de> for PlanMission<E> {
 impl<E: MissionExecutor> PlanMission<E> {
     /// Reads the file, when the agent starts and when the file or its revision changes.
     ///
-    /// `load` restores a state into the file's mission. A mission that goes on keeps the old file where the new one is
-    /// invalid or lacks what runs. Returns whether it goes on with a changed file.
+    /// `load` restores a state into the file's mission. A mission that continues keeps the old file where the new one is
+    /// invalid or lacks what runs. Returns whether it continues with a changed file.
     pub fn read(
         &mut self,
         file: &str,
@@ -144,7 +144,7 @@ impl<E: MissionExecutor> PlanMission<E> {
         match loaded {
             Ok(()) => return is_running,
             Err(reason) if is_running => {
-                now.error(format_args!("{reason}; the mission goes on with the old {}", E::NOUN));
+                now.error(format_args!("{reason}; the mission continues with the old {}", E::NOUN));
             }
             Err(reason) => {
                 now.error(format_args!("{reason}; name another `{}`", E::PARAMETER));
@@ -187,7 +187,7 @@ impl<E: MissionExecutor> PlanMission<E> {
         let Some(executor) = &self.executor else { return Ok(self.restored.clone().unwrap_or_default()) };
         let state = match (executor.save(), &self.failure) {
             (Ok(state), _) => state,
-            // It does not go on.
+            // It does not continue.
             (Err(_), Some(_)) => E::Saved::default(),
             (Err(reason), None) => return Err(reason),
         };
@@ -317,7 +317,7 @@ impl<E: MissionExecutor> PlanMission<E> {
         Verdict { state, outcome, reason: Text::new(reason) }
     }
 
-    /// Returns the reason why the mission can't go on.
+    /// Returns the reason why the mission can't continue.
     /// Its texts are short, and the log has the file's folder.
     fn reason(&self) -> Option<&str> {
         let failure = self.failure.as_deref()?;

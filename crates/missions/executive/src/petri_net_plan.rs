@@ -74,7 +74,7 @@ pub struct PetriNetPlanPorts {
 pub struct PetriNetPlanParams {
     #[param(default = "", doc = "file of the plan in PNML; its sub-plans are in the same folder")]
     plan_filename: Text<252>,
-    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission goes on")]
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission runs")]
     revision: u32,
     #[param(default = 0, range = 0..=1_000_000, doc = "seed of the order of conflicting transitions; 0 for the order of the file")]
     conflict_seed: u32,

@@ -53,7 +53,7 @@ pub struct MissionStatement {
 #[derive(Clone, Debug)]
 pub struct TeamPart {
     robot: String,
-    /// Synchronisations of the part.
+    /// Synchronizations of the part.
     pub synchronizer: Synchronizer,
     /// Newest written statement, its time and count.
     written: Option<MissionStatement>,
@@ -74,7 +74,7 @@ pub struct SavedTeamPart {
 /// It is the plan itself if that is for one robot.
 ///
 /// # Errors
-/// If the plan does not name the robot, or names robots and none is asked for.
+/// If the plan does not name the robot, or names robots and `None` is given.
 pub fn part_of(net: PetriNet, robot: &str) -> Result<(PetriNet, Option<RobotNet>), String> {
     let joint = JointNet::new(&net).map_err(|error| error.to_string())?;
     let Some(joint) = joint else {
@@ -130,7 +130,7 @@ impl TeamPart {
     /// Begins a run: reads the others' statements, and decides.
     ///
     /// # Errors
-    /// If robots do not agree about a synchronisation.
+    /// If robots do not agree about a synchronization.
     pub fn begin(
         &mut self,
         partners: Option<&FactTable<MissionStatement>>,
@@ -147,7 +147,7 @@ impl TeamPart {
                 let (is_ready, life, open, done) = (own.is_ready.get(), own.life, own.open, own.done);
                 (own.id.as_str(), SynchronizationEntry { is_ready, life, open, done })
             });
-            self.synchronizer.hear(fact.head.key.as_str(), statement, entries);
+            self.synchronizer.receive(fact.head.key.as_str(), statement, entries);
         }
         self.synchronizer.report_presence(|robot, is_absent, has_ended| match (is_absent, has_ended) {
             (true, true) => now.info(format_args!("`{robot}` has ended its part of the plan")),

@@ -1,4 +1,4 @@
-//! Ports of a Plan for monitors of behaviour trees.
+//! Ports of a Plan for monitors of behavior trees.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -21,7 +21,7 @@ pub const BLACKBOARDS: &str = "tree_blackboards";
 /// Length above which blackboards are not shown, bytes.
 const MOST_JSON: usize = 64 << 10;
 
-/// Behaviour tree as a monitor shows it.
+/// Behavior tree as a monitor shows it.
 #[interface]
 pub struct TreeView {
     /// Number that changes with the file of the tree.
@@ -86,7 +86,7 @@ fn write(
     content: impl Fn(&TreeExecutor) -> Result<Cow<'_, [u8]>, usize>,
 ) {
     let fingerprint = executor.tree().fingerprint();
-    // Tells whether somebody watches.
+    // True if a monitor is connected.
     if !port.write(0, |_| ()) {
         return;
     }

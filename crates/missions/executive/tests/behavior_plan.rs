@@ -138,7 +138,7 @@ fn changed_skills_take_over_or_are_refused_in_a_running_mission() {
     file("reload", &VISIT.replace("final_to = 'WAIT'", "final_to = 'LOOK'"));
     plan.params().revision = 1;
     assert_eq!(sent(&mut plan), [""; 0]);
-    // Files that lack the state, or have wrong syntax: the mission goes on with the old ones.
+    // Files that lack the state, or have wrong syntax: the mission continues with the old ones.
     file("reload", "fsm:define_states{export_to = _M, {'OTHER', JumpState}}");
     plan.params().revision = 2;
     assert_eq!(sent(&mut plan), [""; 0]);

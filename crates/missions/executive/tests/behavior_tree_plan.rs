@@ -1,4 +1,4 @@
-//! The Plan that follows a behaviour tree.
+//! The Plan that follows a behavior tree.
 
 use std::path::{Path, PathBuf};
 
@@ -91,7 +91,7 @@ fn a_condition_halts_what_a_reactive_node_runs() {
 }
 
 #[test]
-fn conditions_that_nobody_has_told_are_named() {
+fn conditions_without_value_are_named() {
     let node = "<Parallel><Go x=\"1\"/><person/><Condition ID=\"localised\"/></Parallel>";
     let mut plan = planning(&file("untold_conditions", node));
     sent(&mut plan);
@@ -167,7 +167,7 @@ fn a_changed_tree_takes_over_or_is_refused_in_a_running_mission() {
     file("reload", "<Sequence><Go x=\"1\"/><Look/></Sequence>");
     plan.params().revision = 1;
     assert_eq!(sent(&mut plan), [""; 0]);
-    // A tree that lacks the node that runs: the mission goes on with the old one.
+    // A tree that lacks the node that runs: the mission continues with the old one.
     file("reload", "<Look/>");
     plan.params().revision = 2;
     assert_eq!(sent(&mut plan), [""; 0]);

@@ -109,7 +109,7 @@ fn a_changed_program_takes_over_or_is_refused() {
     plan.params().revision = 3;
     sent(&mut plan);
     plan.set("situation", status(1, 1, Some(Ending::COMPLETED)));
-    assert_eq!(sent(&mut plan), ["rest"], "the mission goes on with the old program");
+    assert_eq!(sent(&mut plan), ["rest"], "the mission continues with the old program");
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn a_changed_file_takes_over_or_is_refused_in_a_running_mission() {
     file("reload", "Go_1; Look", "");
     plan.params().revision = 1;
     assert_eq!(sent(&mut plan), []);
-    // A plan that lacks the place with the token: the mission goes on with the old one.
+    // A plan that lacks the place with the token: the mission continues with the old one.
     file("reload", "Stop", "");
     plan.params().revision = 2;
     assert_eq!(sent(&mut plan), []);

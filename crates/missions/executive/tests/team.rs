@@ -62,7 +62,7 @@ impl Pair {
         }
     }
 
-    /// Another process that goes on from a snapshot after so many runs.
+    /// Another process that continues from a snapshot after so many runs.
     fn resumed(&self, plan: Text<252>, runs: u64) -> Self {
         let mut other = Self::new(plan);
         for (robot, own) in other.robots.iter_mut().zip(&self.robots) {

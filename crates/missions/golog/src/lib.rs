@@ -11,7 +11,7 @@
 //! - Domains are finite, and fluents are functions. A fluent may be unknown: what depends on it is unknown, a test of it
 //!   does not pass, and an action whose precondition is unknown is not possible.
 //! - An interrupt may end while its condition does not hold; it needs no program that stops interrupts.
-//! - Online, an action of the robot takes time: its effects come with its end, and concurrent programs go on meanwhile.
+//! - Online, an action of the robot takes time: its effects come with its end, and concurrent programs continue meanwhile.
 //!   In `a >> b`, actions of `b` are stopped while `a` performs one, and started again afterwards.
 //! - Searches find linear plans. They assume that actions succeed, and that what they sense stays unknown.
 //!

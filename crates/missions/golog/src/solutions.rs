@@ -28,7 +28,7 @@ pub struct SolutionReport {
 /// Executes the main program offline: `Do` of Golog.
 ///
 /// Calls `found` with each sequence of actions that ends, such as `["go(desk)", "grasp(cup)"]`, in the order of the
-/// text; a sequence comes once for each way to it. `found` returns whether to go on.
+/// text; a sequence comes once for each way to it. `found` returns whether to continue.
 ///
 /// # Errors
 /// If a formula can't be evaluated.

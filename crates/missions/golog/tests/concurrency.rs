@@ -22,9 +22,9 @@ fn an_interrupt_suspends_the_action_of_lower_priority() {
             interrupt near and not met { wait } >> interrupt met and not near { forget } >> drive
         }";
     let (mut executor, mut robot) = (executor(text), Robot::default());
-    robot.tell("near", false);
+    robot.set_condition("near", false);
     robot.tick(&mut executor);
-    robot.tell("near", true);
+    robot.set_condition("near", true);
     robot.tick(&mut executor);
     assert_eq!(robot.log, ["start drive", "stop drive", "start wait"]);
     let running: Vec<(String, bool)> =
@@ -32,7 +32,7 @@ fn an_interrupt_suspends_the_action_of_lower_priority() {
     assert_eq!(running, [("drive".into(), true), ("wait".into(), false)]);
     robot.ticks(&mut executor, 2);
     assert_eq!(robot.log[3..], ["end wait", "start drive"], "the meeting is one");
-    robot.tell("near", false);
+    robot.set_condition("near", false);
     robot.ticks(&mut executor, 2);
     assert_eq!(executor.fluent("met").as_deref(), Some("false"));
     assert_eq!(executor.outcome(), GologOutcome::Succeeded);
@@ -44,7 +44,7 @@ fn an_interrupt_that_holds_comes_before_the_end() {
         procedure main { interrupt dirty and not done { clean } >> go }";
     let (mut executor, mut robot) = (executor(text), Robot::default());
     robot.ticks(&mut executor, 2);
-    robot.tell("dirty", true);
+    robot.set_condition("dirty", true);
     assert_eq!(robot.ticks(&mut executor, 8), GologOutcome::Succeeded);
     assert_eq!(robot.log, ["start go", "end go", "start clean", "end clean"]);
 }

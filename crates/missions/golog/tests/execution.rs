@@ -44,7 +44,7 @@ fn a_test_of_an_unknown_condition_waits() {
     robot.ticks(&mut executor, 3);
     assert_eq!(executor.unknown_conditions().collect::<Vec<_>>(), ["ready"]);
     assert!(robot.log.is_empty() && executor.is_blocked());
-    robot.tell("ready", true);
+    robot.set_condition("ready", true);
     robot.tick(&mut executor);
     assert_eq!(robot.log, ["start go"]);
 }
@@ -78,7 +78,7 @@ fn a_failure_that_no_theory_expects_ends_the_mission() {
     robot.failing.push("go".into());
     robot.ticks(&mut executor, 2);
     let error = executor.tick(&mut robot).unwrap_err().to_string();
-    assert_eq!(error, "line 1: the action `go` has failed; say what it changes then: `if failed: ...`");
+    assert_eq!(error, "line 1: the action `go` has failed; declare its effects on failure: `if failed: ...`");
     assert_eq!(executor.outcome(), GologOutcome::Failed);
 }
 
@@ -88,7 +88,7 @@ fn an_exogenous_action_occurs_when_its_condition_begins_to_hold() {
         exogenous slam(d: door) possible if not shut(d) shut(d) becomes true
         procedure main { test all d: door (shut(d)) }";
     let (mut executor, mut robot) = (executor(text), Robot::default());
-    robot.tell("slam(front)", true);
+    robot.set_condition("slam(front)", true);
     robot.ticks(&mut executor, 2);
     assert_eq!(executor.fluent("shut(front)").as_deref(), Some("true"));
     assert!(!executor.occur("slam(front)").unwrap(), "it is not possible again");

@@ -21,11 +21,11 @@ fn rooms(program: &str) -> GologExecutor {
 #[test]
 fn a_search_acts_only_when_a_plan_reaches_the_end() {
     let (mut executor, mut robot) = (rooms("search { left | right; right; test at == 2 }"), Robot::default());
-    robot.tell("shut", false);
+    robot.set_condition("shut", false);
     assert_eq!(robot.ticks(&mut executor, 6), GologOutcome::Succeeded);
     assert_eq!(robot.log, ["start right", "end right", "start right", "end right"]);
     let (mut executor, mut robot) = (rooms("search { right; test at == 3 } | jump"), Robot::default());
-    robot.tell("shut", false);
+    robot.set_condition("shut", false);
     robot.tick(&mut executor);
     assert_eq!(robot.log, ["start jump"], "a program without a plan is not begun");
 }
@@ -34,12 +34,12 @@ fn a_search_acts_only_when_a_plan_reaches_the_end() {
 fn a_change_from_outside_makes_it_search_again() {
     let program = "search { repeat { right }; test at == 3 }";
     let (mut executor, mut robot) = (rooms(program), Robot::default());
-    robot.tell("shut", false);
+    robot.set_condition("shut", false);
     robot.tick(&mut executor);
-    robot.tell("shut", true);
+    robot.set_condition("shut", true);
     robot.ticks(&mut executor, 9);
     assert_eq!(robot.log, ["start right", "end right"], "no plan leads through the door");
-    robot.tell("shut", false);
+    robot.set_condition("shut", false);
     assert_eq!(robot.ticks(&mut executor, 9), GologOutcome::Succeeded);
 }
 
@@ -47,7 +47,7 @@ fn a_change_from_outside_makes_it_search_again() {
 fn a_search_ends_although_the_program_could_go_on_for_ever() {
     let (mut executor, mut robot) =
         (rooms("search { repeat { left | right }; test at == 4 }"), Robot::default());
-    robot.tell("shut", false);
+    robot.set_condition("shut", false);
     assert_eq!(robot.ticks(&mut executor, 9), GologOutcome::Succeeded);
     assert_eq!(robot.log.len(), 8);
 }

@@ -71,7 +71,7 @@ fn procedures_take_arguments_and_recur() {
 }
 
 #[test]
-fn what_is_sensed_is_unknown_in_a_plan() {
+fn sensed_fluents_are_unknown_in_search() {
     assert!(of_main("look; if seen { a } else { b }").is_empty());
     assert_eq!(of_main("look; if known seen { a } else { b }"), ["look b"]);
     assert_eq!(of_main("if seen or n == 0 { a }"), ["a"]);

@@ -36,13 +36,13 @@ fn a_restored_run_goes_on_as_if_it_had_not_stopped() {
         let state: GologState = serde_json::from_str(&text).unwrap();
         executor = restored(MISSION, &state).unwrap();
         assert_eq!(executor.state(), state, "tick {tick}");
-        robot.tell("near", tick % 11 < 4);
+        robot.set_condition("near", tick % 11 < 4);
         robot.tick(&mut executor);
     }
     let mut whole = GologExecutor::new(Arc::new(theory(MISSION)), SearchLimits::default());
     let mut other = Robot::default();
     for tick in 0..60 {
-        other.tell("near", tick % 11 < 4);
+        other.set_condition("near", tick % 11 < 4);
         other.tick(&mut whole);
     }
     assert_eq!(executor.outcome(), GologOutcome::Succeeded);
@@ -65,12 +65,12 @@ fn a_changed_theory_takes_over_where_the_program_is() {
     let earlier = "fluent n: 0..9 = 0 action a n becomes n + 1 action b procedure main { b; a; a; b }";
     let said = restored(earlier, &state).unwrap_err().to_string();
     assert!(
-        said.contains("the program is at line 1, `a; b`") || said.contains("which is not there"),
+        said.contains("the program is at line 1, `a; b`") || said.contains("which does not exist"),
         "{said}"
     );
     let without = "action b procedure main { b }";
     let said = restored(without, &state).unwrap_err().to_string();
-    assert!(said.contains("the action `a` is not there"), "{said}");
+    assert!(said.contains("the action `a` does not exist"), "{said}");
 }
 
 #[test]

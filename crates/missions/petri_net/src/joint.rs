@@ -10,7 +10,7 @@ use crate::net::{NetPlace, NetTransition, PetriNet};
 /// `@r1` in the label of each place names the robot that it belongs to.
 ///
 /// A transition is fired by the robots of the places that it takes from: by one alone, or by several at once, which is a
-/// hard synchronisation. Tokens that it puts into places of other robots are a soft synchronisation: they are sent.
+/// hard synchronization. Tokens that it puts into places of other robots are a soft synchronization: they are sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JointNet {
     net: PetriNet,
@@ -152,7 +152,7 @@ impl JointNet {
     }
 
     /// Returns the robots that fire a transition, in order.
-    /// Several for a hard synchronisation.
+    /// Several for a hard synchronization.
     pub fn firing(&self, transition: usize) -> &[usize] {
         &self.firing[transition]
     }
@@ -347,7 +347,7 @@ impl<'a> RobotPart<'a> {
 }
 
 /// Returns the identifier of the tokens that a transition sends.
-/// It differs from that of a hard synchronisation.
+/// It differs from that of a hard synchronization.
 fn sent_id(id: &str) -> String {
     format!("{id}>")
 }

@@ -68,7 +68,7 @@ fn a_deadlock_has_the_shortest_way_to_it() {
 }
 
 #[test]
-fn an_unreachable_goal_and_one_without_arcs_are_told_apart() {
+fn unreachable_goal_differs_from_goal_without_arcs() {
     let apart = net(
         "apart",
         &[("P", 1), ("goal", 0), ("goal", 0)],

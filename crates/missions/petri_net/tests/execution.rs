@@ -117,7 +117,7 @@ fn a_failed_action_leads_to_its_fail_transition() {
 }
 
 #[test]
-fn what_runs_at_the_goal_is_ended() {
+fn running_actions_end_at_goal() {
     let net = net("race", &[("a.exec", 1), ("b.exec", 1), ("goal", 0)], &[("a.end [arrived]", &[0], &[2])]);
     let (mut executor, mut host) = (executor(net), Script::default());
     host.set("arrived", true);

@@ -92,7 +92,7 @@ fn a_time_out_skips_and_a_failure_fails() {
 fn a_wrong_plan_or_rule_is_named_with_its_line() {
     let error = |plan: &str, rules: &str| made(plan, rules).unwrap_err();
     assert!(error(" ; # nothing", "").contains("expected at least one action"));
-    assert!(error("a;\nb|soon", "").starts_with("line 2: expected a time-out in seconds"));
+    assert!(error("a;\nb|soon", "").starts_with("line 2: expected a timeout in seconds"));
     assert!(error("a; b c", "").starts_with("line 1: expected an action with its arguments"));
     assert!(error("a", "\n*if* x *during* a").starts_with("line 2: expected a rule such as `*if*"));
     assert!(

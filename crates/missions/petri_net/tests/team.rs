@@ -61,7 +61,7 @@ impl Robot {
         }
     }
 
-    /// Another process that goes on from a snapshot.
+    /// Another process that continues from a snapshot.
     fn resumed(&self, net: &PetriNet) -> Self {
         let mut other = Self::new(net, &self.name, 77);
         let plan = other.executor.plan().clone();
@@ -80,7 +80,7 @@ impl Robot {
         self.synchronizer.begin(now, TIMEOUT);
         for (robot, (statement, entries)) in heard.iter().filter(|(robot, _)| **robot != self.name) {
             let entries = entries.iter().map(|(id, entry)| (id.as_str(), *entry));
-            self.synchronizer.hear(robot, *statement, entries);
+            self.synchronizer.receive(robot, *statement, entries);
         }
         if self.error.is_none() {
             self.error = self.synchronizer.decide().err().map(|error| error.to_string());
@@ -153,7 +153,7 @@ impl Team {
     }
 }
 
-/// Both work, meet, and reach their goals; who waits alone gives up when the other one is absent.
+/// Both work, meet, and reach their goals; a waiting robot gives up when the other one is absent.
 fn meeting() -> PetriNet {
     net(
         "meeting",
@@ -239,7 +239,7 @@ fn tokens_for_another_robot_are_sent_and_received() {
 }
 
 #[test]
-fn a_joint_plan_that_nobody_can_split_is_refused() {
+fn joint_plan_that_cannot_be_split_is_refused() {
     let ends = ("goal @r2", 0);
     let free = error(&net("n", &[("go@r1.exec", 1), ("nowhere", 0)], &[]));
     assert!(free.contains("place `p2` (`nowhere`) belongs to no robot"), "{free}");
@@ -257,7 +257,7 @@ fn a_joint_plan_that_nobody_can_split_is_refused() {
 }
 
 #[test]
-fn robots_fire_a_hard_synchronisation_together() {
+fn robots_fire_a_hard_synchronization_together() {
     let mut team = Team::new(&meeting(), &["r1", "r2"]);
     team.robots[0].script.end("work", ActionProgress::Succeeded);
     team.run(20);
@@ -287,7 +287,7 @@ fn a_robot_waits_until_the_other_one_has_passed() {
 }
 
 #[test]
-fn who_waits_for_a_vanished_robot_takes_the_way_out() {
+fn robot_waiting_for_absent_partner_takes_alternative() {
     let mut team = Team::new(&meeting(), &["r1", "r2"]);
     team.robots[0].script.end("work", ActionProgress::Succeeded);
     team.run(10);
@@ -375,7 +375,7 @@ proptest! {
 
     /// Statements come late or not at all, robots stand still for a while or vanish, and give up when they are tired.
     #[test]
-    fn a_synchronisation_is_fired_by_all_or_by_none(
+    fn a_synchronization_is_fired_by_all_or_by_none(
         runs in proptest::collection::vec((0usize..3, 0usize..6, any::<bool>(), any::<bool>()), 150),
         killed in proptest::option::of((0usize..3, 0usize..80)),
         tired in 0usize..120,

@@ -88,10 +88,7 @@ pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
     let name = name.or(type_name.map(|name| snake_case(&name)));
     let name = name.ok_or_else(|| Error::new_spanned(&input.self_ty, "give it a `name`"))?;
     let stage = stage.ok_or_else(|| {
-        Error::new_spanned(
-            &input.self_ty,
-            "say which `stage` of the main loop it belongs to, such as `stage = Act`",
-        )
+        Error::new_spanned(&input.self_ty, "set the `stage` of the main loop, such as `stage = Act`")
     })?;
     let deadline = option(deadline);
     let doc = documentation(&input.attrs);

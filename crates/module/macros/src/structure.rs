@@ -202,7 +202,7 @@ fn zero_default(name: &Ident) -> Tokens {
 }
 
 /// Adds a hidden field so that the tail begins at the end of the head.
-/// The end includes the head's padding. Fields of a struct with a tail are written in place, so that nobody names the
+/// The end includes the head's padding. Fields of a struct with a tail are written in place, so that no code names the
 /// hidden one.
 fn align_tail(fields: &mut syn::FieldsNamed, types: &[Type], item: &Type, root: &Tokens) {
     let Some(tail) = fields.named.pop() else { return };

@@ -6,7 +6,7 @@ use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
 
 /// Actuators of the agent by name: gate states, stops and commands.
-/// It commands those whose configuration names this module, `modules = ["behaviour"]`. In a robot `r2` the name
+/// It commands those whose configuration names this module, `modules = ["behavior"]`. In a robot `r2` the name
 /// `wheels` means `r2/wheels`, if that exists.
 ///
 /// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
@@ -84,7 +84,7 @@ pub struct ActuatorState {
     /// Mode: [`ActuatorState::DISARMED`] or another one.
     pub mode: u32,
     /// Priority of the last command of the lease's holder, as in [`Priority`].
-    /// 0 while nobody has a lease.
+    /// 0 without a lease.
     pub priority: u32,
     /// 1 if this module has the lease.
     pub is_mine: u32,
@@ -145,7 +145,7 @@ impl Actuators {
     }
 
     /// Stops an actuator at once, and not only at the end of the tick.
-    /// It gets its safe command until somebody resets and arms it, which no module can. It stays stopped also when this
+    /// It gets its safe command until an operator resets and arms it, which no module can. It stays stopped also when this
     /// tick then fails.
     ///
     /// # Errors
@@ -160,7 +160,7 @@ impl Actuators {
 
     /// Stops all actuators at once, as [`stop`](Actuators::stop) does with one.
     pub fn stop_all(&self, reason: &str) {
-        // SAFETY: everything lives during the call. There is nothing to refuse.
+        // SAFETY: everything lives during the call. No refusal is possible.
         call_with_sink(|sink| unsafe { (self.stop)(self.context, Bytes::NONE, Bytes::of(reason), sink) });
     }
 

@@ -60,7 +60,7 @@ pub struct Logger {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Logger {
-    const DESCRIPTOR: &'static Descriptor = &service("logger 1", "Decides what is logged.");
+    const DESCRIPTOR: &'static Descriptor = &service("logger 1", "Level filter of the log.");
 }
 
 impl Logger {

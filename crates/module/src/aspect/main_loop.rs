@@ -24,7 +24,7 @@ pub struct MainLoop {
     pub take_with_policy: unsafe extern "C" fn(*mut (), PolicyTable),
     /// Gives the loop back.
     pub give_back: unsafe extern "C" fn(*mut ()),
-    /// Returns 1 if this module has the loop, or has asked for it.
+    /// Returns 1 if this module has the loop, or has requested it.
     pub is_held: unsafe extern "C" fn(*mut ()) -> i32,
 }
 
@@ -87,7 +87,7 @@ pub struct LoopPlace {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for MainLoop {
     const DESCRIPTOR: &'static Descriptor =
-        &service("main_loop 2", "Brings the loop's stages, and says which one comes next.");
+        &service("main_loop 2", "Provides the loop's stages, and selects the next one.");
 }
 
 impl LoopPlace {
@@ -134,8 +134,8 @@ impl PolicyTable {
     fn of<P: Policy>(policy: P) -> Self {
         unsafe extern "C" fn next<P: Policy>(owner: *mut (), place: *const LoopPlace) -> i32 {
             // SAFETY: made from a box below, and the host calls it in one thread at a time.
-            let ask = || unsafe { (*owner.cast::<P>()).next(&*place) };
-            match std::panic::catch_unwind(std::panic::AssertUnwindSafe(ask)) {
+            let next = || unsafe { (*owner.cast::<P>()).next(&*place) };
+            match std::panic::catch_unwind(std::panic::AssertUnwindSafe(next)) {
                 Ok(next) => next.and_then(|next| i32::try_from(next).ok()).unwrap_or(-1),
                 Err(payload) => {
                     // Dropping what was thrown may itself panic.
@@ -163,7 +163,7 @@ impl MainLoop {
     ///
     /// # Errors
     /// When each of the ten stages of modules is not in exactly one of these, or a name can't be one or comes twice.
-    /// Then all stays as it is.
+    /// Nothing changes then.
     pub fn take<P: Policy>(&self, stages: &[LoopStage<'_>], policy: P) -> Result<(), Refusal> {
         let members: Vec<Vec<u32>> =
             stages.iter().map(|stage| stage.members.iter().map(|member| *member as u32).collect()).collect();

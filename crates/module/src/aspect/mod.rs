@@ -198,7 +198,7 @@ pub struct ProviderTable {
     /// Context, passed to each call.
     pub context: *mut (),
     /// Takes a table of a size in bytes, its owner and the owner's drop call.
-    /// The drop call is made when nobody uses the service any more.
+    /// The drop call is made when the service has no user any more.
     pub provide: unsafe extern "C" fn(*mut (), *const u8, usize, *mut (), unsafe extern "C" fn(*mut ())),
     /// Ends the service.
     pub withdraw: unsafe extern "C" fn(*mut ()),
@@ -223,7 +223,7 @@ impl<S: Service> Provider<S> {
     }
 
     /// Provides the service from the end of this tick on.
-    /// `owner` keeps the data of the table's context, and is dropped when nobody uses the service any more.
+    /// `owner` keeps the data of the table's context, and is dropped when the service has no user any more.
     pub fn provide<O: Send + 'static>(&self, service: S, owner: O) {
         unsafe extern "C" fn end<O>(owner: *mut ()) {
             // SAFETY: made from a box below, and dropped once.

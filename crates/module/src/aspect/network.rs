@@ -210,7 +210,7 @@ impl Datagrams<'_> {
     /// Returns the next datagram's length and sender; a longer one is truncated.
     ///
     /// # Errors
-    /// The system's error, such as a datagram to an address on which nobody listens.
+    /// The system's error, such as a datagram to an address without a listener.
     pub fn receive(&self, buffer: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
         self.network.receive(self.socket, buffer)
     }

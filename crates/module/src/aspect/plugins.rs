@@ -48,7 +48,7 @@ pub struct Plugins {
     pub context: *mut (),
     /// Requests a change of a plugin after the tick; returns the request's number.
     /// The change is [`Plugins::LOAD`] or another one.
-    pub ask: unsafe extern "C" fn(*mut (), u32, Bytes) -> u64,
+    pub request: unsafe extern "C" fn(*mut (), u32, Bytes) -> u64,
     /// Returns the answer to a request, with a text.
     /// It is [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or [`ABSENT`](super::ABSENT)
     /// for an unknown request.
@@ -85,26 +85,26 @@ impl Plugins {
     /// Exchanges its code.
     pub const RELOAD: u32 = 3;
 
-    fn ask(&self, what: u32, name: &str) -> u64 {
+    fn request(&self, what: u32, name: &str) -> u64 {
         // SAFETY: the name lives during the call.
-        unsafe { (self.ask)(self.context, what, Bytes::of(name)) }
+        unsafe { (self.request)(self.context, what, Bytes::of(name)) }
     }
 
     /// Requests to load a plugin of the configuration, with those that it needs.
     /// It may also be a list of plugins. The request is made after this tick, unless that fails. Returns the number of
     /// the request.
     pub fn load(&self, name: &str) -> u64 {
-        self.ask(Self::LOAD, name)
+        self.request(Self::LOAD, name)
     }
 
     /// Acts as [`load`](Plugins::load), to unload a plugin; its own is refused.
     pub fn unload(&self, name: &str) -> u64 {
-        self.ask(Self::UNLOAD, name)
+        self.request(Self::UNLOAD, name)
     }
 
     /// Acts as [`load`](Plugins::load), to reload a plugin's code from its library.
     pub fn reload(&self, name: &str) -> u64 {
-        self.ask(Self::RELOAD, name)
+        self.request(Self::RELOAD, name)
     }
 
     /// Returns the answer to a request; the last 64 are known.

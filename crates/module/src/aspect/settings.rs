@@ -49,7 +49,7 @@ pub struct Settings {
     /// Context, passed to each call.
     pub context: *mut (),
     /// Asks for changes, a line each, after the tick; the number of the request.
-    pub ask: unsafe extern "C" fn(*mut (), Bytes) -> u64,
+    pub request: unsafe extern "C" fn(*mut (), Bytes) -> u64,
     /// Returns the answer to a request, with a text.
     /// It is [`DONE`](crate::table::DONE), [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or
     /// [`ABSENT`](super::ABSENT) for an unknown request.
@@ -73,7 +73,7 @@ impl Settings {
             lines.push('\n');
         }
         // SAFETY: the text lives during the call.
-        unsafe { (self.ask)(self.context, Bytes::of(&lines)) }
+        unsafe { (self.request)(self.context, Bytes::of(&lines)) }
     }
 
     /// Returns the answer to a request; the last 64 are known.

@@ -51,7 +51,7 @@ pub struct Synchronization {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Synchronization {
     const DESCRIPTOR: &'static Descriptor =
-        &service("synchronization 1", "Emits and counts named synchronisation points.");
+        &service("synchronization 1", "Emits and counts named synchronization points.");
 }
 
 impl Synchronization {

@@ -29,7 +29,7 @@ use crate::{Level, Refusal};
 /// /// A distance.
 /// #[interface]
 /// pub struct Distance {
-///     /// Metres.
+///     /// Meters.
 ///     #[unit("m")]
 ///     pub value: f64,
 /// }
@@ -243,7 +243,7 @@ pub struct Stop {
     pub send: unsafe extern "C" fn(*mut (), u64, Bytes, *const Sink) -> i32,
     /// Receives the tick's next value, of that schema and size; [`ABSENT`] if none.
     pub receive: unsafe extern "C" fn(*mut (), u64, *mut u8, usize, *const Sink) -> i32,
-    /// Emits a synchronisation point.
+    /// Emits a synchronization point.
     pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
     /// Waits for further emits of a synchronization point; returns their number.
     /// Arguments are the point, the number already seen and the limit, ns; [`ABSENT`] after the limit.
@@ -282,7 +282,7 @@ impl Stop {
         self.log(Level::Info, message);
     }
 
-    /// Logs a problem with which the robot goes on.
+    /// Logs a problem with which the robot continues.
     pub fn warn(&self, message: fmt::Arguments<'_>) {
         self.log(Level::Warn, message);
     }
@@ -314,7 +314,7 @@ impl Stop {
         })
     }
 
-    /// Emits a synchronisation point, such as `/camera/image`, and those above it.
+    /// Emits a synchronization point, such as `/camera/image`, and those above it.
     ///
     /// # Errors
     /// When it is no name of a point, or there are too many.

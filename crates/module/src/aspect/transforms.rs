@@ -21,9 +21,9 @@ use crate::{Refusal, math};
 /// /// A place that a laser sees.
 /// #[interface]
 /// pub struct Place {
-///     /// Metres, ahead.
+///     /// Meters, ahead.
 ///     #[unit("m")] pub x: f64,
-///     /// Metres, to the left.
+///     /// Meters, to the left.
 ///     #[unit("m")] pub y: f64,
 /// }
 ///

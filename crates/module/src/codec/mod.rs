@@ -23,7 +23,7 @@ pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
     Ok(writer.finish())
 }
 
-/// Decodes a state from CBOR; it fits if it deserialises.
+/// Decodes a state from CBOR; it fits if it deserializes.
 ///
 /// # Errors
 /// A state that doesn't fit.

@@ -149,7 +149,7 @@ impl PortCursor {
 }
 
 #[cold]
-#[allow(clippy::panic, reason = "a host that is not the one that asked for the description")]
+#[allow(clippy::panic, reason = "a host that is not the one that requested the description")]
 fn no_slot() -> ! {
     panic!("the host fills a frame with a slot for every port that was described")
 }
@@ -256,7 +256,7 @@ handle!(
     Output
 );
 handle!(
-    /// Debug output: writes a property only while somebody reads it.
+    /// Debug output: writes a property only while it has a reader.
     Debug,
     Debug
 );
@@ -385,7 +385,7 @@ fn fill<T: Interface + ?Sized>(slot: &PortSlot, items: usize, write: impl FnOnce
     }
     let _busy = Busy::new(slot);
     slot.items.set(items);
-    // SAFETY: the working slot has room for `capacity` items and nobody else refers to it. Zeros, as what an earlier
+    // SAFETY: the working slot has room for `capacity` items and no other reference to it exists. Zeros, as what an earlier
     // tick left there depends on the readers.
     unsafe {
         slot.data.write_bytes(0, T::DESCRIPTOR.shape(items).bytes(items));
@@ -438,7 +438,7 @@ impl<T: Interface + ?Sized> Output<T> {
 }
 
 impl<T: Interface> Debug<T> {
-    /// Computes and writes the value if somebody reads it.
+    /// Computes and writes the value if it has a reader.
     pub fn set(&self, value: impl FnOnce() -> T) {
         if !self.slot().data.is_null() {
             put(self.slot(), value());
@@ -447,7 +447,7 @@ impl<T: Interface> Debug<T> {
 }
 
 impl<T: Interface + ?Sized> Debug<T> {
-    /// Writes a value with a tail in place if somebody reads it; see [`Output::write`].
+    /// Writes a value with a tail in place if it has a reader; see [`Output::write`].
     pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
         !self.slot().data.is_null() && fill(self.slot(), items, write)
     }

@@ -115,7 +115,7 @@ impl<M: Module> Fixture<M> {
     }
 }
 
-#[allow(clippy::panic, reason = "a test's mistake ends the test")]
+#[allow(clippy::panic, reason = "a test's error ends the test")]
 fn not_provided(port: &str, service: &str) -> ! {
     panic!("port `{port}` needs {service}: call `fixture.provide(\"{port}\", ...)` before the tick")
 }

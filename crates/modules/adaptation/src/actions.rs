@@ -122,23 +122,24 @@ impl Action<Managed> for Reconfigure {
         let answer =
             self.request.map_or(RequestAnswer::Unknown, |(request, _)| body.settings.answer(request));
         let waited = self.request.map_or(0.0, |(_, since)| now.now().saturating_sub(since) as f64 * 1e-9);
-        let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
+        let report =
+            |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         match answer {
             RequestAnswer::Pending => Step::Running,
-            // It was never asked for, or in a tick that failed.
+            // It was never requested, or in a tick that failed.
             RequestAnswer::Unknown => {
-                tell(Progress::ASKED, format_args!("action: other settings are asked for"));
+                report(Progress::ASKED, format_args!("action: other settings are requested"));
                 let changes = body.alternatives.changes(self.choice.number());
                 self.request = Some((body.settings.change(changes), now.now()));
                 Step::Running
             }
             // The agent logs the settings itself.
             RequestAnswer::Done(_) => {
-                tell(Progress::CHANGED, format_args!("action: other settings hold"));
+                report(Progress::CHANGED, format_args!("action: other settings hold"));
                 Step::Done
             }
             RequestAnswer::Refused(reason) => {
-                tell(Progress::FAILED, format_args!("action: the settings are refused: {reason}"));
+                report(Progress::FAILED, format_args!("action: the settings are refused: {reason}"));
                 Step::Failed
             }
         }
@@ -182,9 +183,10 @@ impl Action<Managed> for Confirm {
             .is_some_and(|scan| body.used.stamp().time > since && invalid_share(scan) <= INVALID);
         // A standing robot needs no sensor.
         let senses = answers || limit == 0.0;
-        let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
+        let report =
+            |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         if senses && body.speed().is_some_and(|speed| speed <= limit + TOLERANCE) {
-            tell(
+            report(
                 Progress::EFFECTIVE,
                 format_args!("effect: the sensor in use answers, and the speed is right"),
             );
@@ -194,7 +196,7 @@ impl Action<Managed> for Confirm {
             return Step::Running;
         }
         let wrong = if senses { "the robot is too fast" } else { "the sensor in use does not answer" };
-        tell(Progress::FAILED, format_args!("effect: {wrong}"));
+        report(Progress::FAILED, format_args!("effect: {wrong}"));
         Step::Failed
     }
 }

@@ -38,7 +38,7 @@ pub struct ObservedHealth {
     health: Observed<SensorHealth>,
 }
 
-/// Parameters of [`TellCondition`].
+/// Parameters of [`ReportCondition`].
 #[params]
 pub struct ConditionParams {
     #[param(default = "sensor", doc = "name of the sensor in the log")]
@@ -65,9 +65,9 @@ pub struct LastCondition {
 }
 
 /// Reports sensor failures at once, recoveries after the recovery time.
-pub struct TellCondition;
+pub struct ReportCondition;
 
-impl Analyze for TellCondition {
+impl Analyze for ReportCondition {
     const NAME: &'static str = "tell_condition";
     const DOC: &'static str = "Reports when a sensor fails and when it has recovered.";
     type Observed = ObservedHealth;
@@ -76,7 +76,7 @@ impl Analyze for TellCondition {
     type Value = SensorCondition;
 
     fn process(
-        told: &mut LastCondition,
+        last: &mut LastCondition,
         observed: &ObservedHealth,
         params: &ConditionParams,
         now: &Tick,
@@ -94,22 +94,22 @@ impl Analyze for TellCondition {
             Condition::HEALTHY
         };
         let is_well = condition == Condition::HEALTHY;
-        told.well_since = told.well_since.or(Some(now.seconds())).filter(|_| is_well);
-        let recovers = told.well_since.is_some_and(|since| now.seconds() - since < params.recovery_time);
+        last.well_since = last.well_since.or(Some(now.seconds())).filter(|_| is_well);
+        let recovers = last.well_since.is_some_and(|since| now.seconds() - since < params.recovery_time);
         // A recovering sensor stays in its condition.
-        let waits = is_well && recovers && told.condition.is_some();
+        let waits = is_well && recovers && last.condition.is_some();
         // A silent sensor is late for a moment when it returns.
-        let milder = told.condition == Some(Condition::SILENT) && condition == Condition::LATE;
-        if waits || milder || told.condition == Some(condition) {
+        let milder = last.condition == Some(Condition::SILENT) && condition == Condition::LATE;
+        if waits || milder || last.condition == Some(condition) {
             return None;
         }
-        told.change += 1;
+        last.change += 1;
         // The initial condition is logged only if it is a failure.
-        if told.condition.replace(condition).is_some() || !is_well {
+        if last.condition.replace(condition).is_some() || !is_well {
             let level = if is_well { Level::Info } else { Level::Warn };
             let (sensor, name) = (params.sensor.as_str(), condition.name());
             let fields = [
-                ("change", told.change.into()),
+                ("change", last.change.into()),
                 ("sensor", sensor.into()),
                 ("condition", name.into()),
                 ("age_s", health.age.into()),
@@ -118,6 +118,6 @@ impl Analyze for TellCondition {
             ];
             now.log_with(level, format_args!("change: {sensor} is {name}"), &fields);
         }
-        Some(SensorCondition { change: told.change, condition })
+        Some(SensorCondition { change: last.change, condition })
     }
 }

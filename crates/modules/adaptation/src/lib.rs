@@ -28,7 +28,7 @@ plugin!(
     SensorBlock<range_health::ManagedSonar>,
     SensorBlock<range_health::ManagedOdometry>,
     MonitorBlock<range_health::RangeHealthMonitor>,
-    AnalyzeBlock<condition::TellCondition>,
+    AnalyzeBlock<condition::ReportCondition>,
     PlanBlock<planner::AdaptationPlanner>,
     ExecuteBlock<actions::AdaptationActions>,
 );

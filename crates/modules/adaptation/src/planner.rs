@@ -37,7 +37,7 @@ pub struct PlannerState {
 }
 
 /// Number of attempts of an alternative.
-const TRIES: u32 = 3;
+const MAX_ATTEMPTS: u32 = 3;
 
 /// Chooses the best alternative with a healthy sensor.
 /// After three failed attempts it chooses the next one.
@@ -67,7 +67,7 @@ impl Plan for AdaptationPlanner {
         }
         let failed = situation.ended().any(|ended| ended.ending == Ending::FAILED);
         memory.failures += u32::from(failed);
-        if memory.failures >= TRIES {
+        if memory.failures >= MAX_ATTEMPTS {
             memory.failures = 0;
             memory.given_up[memory.chosen] = true;
         }
@@ -82,7 +82,7 @@ impl Plan for AdaptationPlanner {
         };
         let Some(best) = (0..given_up.len()).find(is_possible) else {
             if failed || noticed.first.newest().is_some() || noticed.second.newest().is_some() {
-                let what = "plan: there is no alternative left, so the robot goes on as it is: stop it";
+                let what = "plan: no alternative is left, so the robot continues unchanged: stop it";
                 now.log_with(Level::Error, format_args!("{what}"), &[("decision", memory.decision.into())]);
             }
             return;
@@ -102,7 +102,7 @@ impl Plan for AdaptationPlanner {
             ("change", change.into()),
             ("alternative", name.into()),
         ];
-        now.log_with(Level::Info, format_args!("plan: go on with {name}"), &fields);
+        now.log_with(Level::Info, format_args!("plan: continue with {name}"), &fields);
         // A robot's life has fewer decisions than an `f64` counts exactly.
         plan.replace(SwitchTo::request(Choice {
             alternative: best as f64,

@@ -42,13 +42,13 @@ pub struct RangeHealthState {
     ranges: Vec<f64>,
     /// Pose at the last tick: x, y, theta.
     pose: Option<(f64, f64, f64)>,
-    /// Travel since the measurement changed, metres.
+    /// Travel since the measurement changed, meters.
     /// `way` counts until now, `unchanged` until the newest measurement.
     way: f64,
     unchanged: f64,
 }
 
-/// Half the width of a robot, metres.
+/// Half the width of a robot, meters.
 /// Its sides travel so far in a turn of a radian.
 const SIDE: f64 = 0.2;
 

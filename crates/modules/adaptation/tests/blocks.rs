@@ -6,7 +6,7 @@ use slate::mapek::{AnalyzeBlock, MonitorBlock, PlanBlock, Planned};
 use slate::module::testing::Fixture;
 use slate::prelude::*;
 use slate_adaptation::alternatives::{Alternative, Alternatives};
-use slate_adaptation::condition::{Condition, SensorCondition, TellCondition};
+use slate_adaptation::condition::{Condition, ReportCondition, SensorCondition};
 use slate_adaptation::context_subsystem::{ContextAdvice, ContextSubsystem, TerrainReading};
 use slate_adaptation::planner::AdaptationPlanner;
 use slate_adaptation::range_health::{RangeHealthMonitor, SensorHealth};
@@ -24,7 +24,7 @@ fn at(x: f64) -> Odometry {
     Odometry { pose: Pose2 { x, y: 0.0, theta: 0.0 }, ..Odometry::default() }
 }
 
-/// A monitor, and what it says when the robot goes a centimetre in each cycle and measures what `measured` says.
+/// A monitor, and what it says when the robot goes a centimeter in each cycle and measures what `measured` says.
 fn health(cycles: u32, measured: impl Fn(u32) -> Option<SonarScan>) -> SensorHealth {
     let mut monitor = Fixture::<MonitorBlock<RangeHealthMonitor>>::new();
     for cycle in 0..cycles {
@@ -45,7 +45,7 @@ fn a_sensor_that_measures_is_well() {
 }
 
 #[test]
-fn the_way_is_told_on_which_all_was_the_same() {
+fn travel_without_changed_reading_is_reported() {
     let same = health(10, |_| Some(scan(&[1.0, 2.0], true)));
     assert!((same.unchanged - 0.09).abs() < 1e-9, "{same:?}");
     let again = health(10, |cycle| Some(scan(&[if cycle < 5 { 1.0 } else { 1.1 }, 2.0], true)));
@@ -53,7 +53,7 @@ fn the_way_is_told_on_which_all_was_the_same() {
 }
 
 #[test]
-fn who_hears_nothing_anywhere_is_not_frozen() {
+fn ring_without_echoes_is_not_frozen() {
     assert_eq!(health(10, |_| Some(scan(&[5.0, 5.0], false))).unchanged, 0.0);
 }
 
@@ -65,7 +65,7 @@ fn between_two_measurements_nothing_is_the_same() {
 }
 
 #[test]
-fn the_share_of_what_is_no_number_is_told() {
+fn share_of_invalid_ranges_is_reported() {
     let health = health(2, |_| Some(scan(&[1.0, f64::NAN, f64::INFINITY, 2.0], true)));
     assert_eq!(health.invalid, 0.5);
     let nothing = |_| Some(scan(&[], false));
@@ -73,9 +73,9 @@ fn the_share_of_what_is_no_number_is_told() {
     assert_eq!(self::health(2, |_| None).invalid, 0.0, "who has not begun is late, and nothing else");
 }
 
-/// The conditions that are told when a sensor does so for so many cycles each, and in which cycle.
+/// Reported conditions for a sequence of sensor faults with their lengths in cycles.
 fn told(healths: &[(u32, SensorHealth)]) -> Vec<(u32, Condition)> {
-    let mut analyze = Fixture::<AnalyzeBlock<TellCondition>>::new();
+    let mut analyze = Fixture::<AnalyzeBlock<ReportCondition>>::new();
     let (mut told, mut change, mut cycle) = (Vec::new(), 0, 0);
     for (cycles, health) in healths {
         for _ in 0..*cycles {
@@ -98,7 +98,7 @@ fn told(healths: &[(u32, SensorHealth)]) -> Vec<(u32, Condition)> {
 const WELL: SensorHealth = SensorHealth { age: 0.0, invalid: 0.0, unchanged: 0.0 };
 
 #[test]
-fn a_failure_is_told_at_once_and_a_recovery_after_two_seconds() {
+fn failure_is_reported_at_once_and_recovery_after_two_seconds() {
     for (health, condition) in [
         (SensorHealth { age: 0.2, ..WELL }, Condition::LATE),
         (SensorHealth { age: 1.1, ..WELL }, Condition::SILENT),
@@ -111,14 +111,14 @@ fn a_failure_is_told_at_once_and_a_recovery_after_two_seconds() {
 }
 
 #[test]
-fn who_does_well_for_a_moment_only_has_not_recovered() {
+fn short_recovery_does_not_count() {
     let late = SensorHealth { age: 0.2, ..WELL };
     let to_and_fro = [(10, WELL), (10, late), (50, WELL), (10, late), (50, WELL), (10, late)];
     assert_eq!(told(&to_and_fro), [(0, Condition::HEALTHY), (10, Condition::LATE)]);
 }
 
 #[test]
-fn what_is_wrong_with_a_sensor_may_become_another_thing() {
+fn fault_of_sensor_may_change() {
     let late = SensorHealth { age: 0.2, ..WELL };
     let silent = SensorHealth { age: 1.1, ..WELL };
     let expected = [(0, Condition::HEALTHY), (1, Condition::LATE), (2, Condition::SILENT)];

@@ -13,7 +13,7 @@ struct Arguments {
     /// World that comes with the simulator, or a file
     #[arg(long, default_value = "rocs_arena")]
     world: String,
-    /// Start pose of the robot: x and y in metres, theta in radians
+    /// Start pose of the robot: x and y in meters, theta in radians
     #[arg(long, default_value = "0.6,0.8,0", value_parser = pose, allow_hyphen_values = true)]
     at: Pose,
     /// Path that leads to the pseudo-terminal

@@ -13,7 +13,7 @@ use crate::packet;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// Step of the synchronisation, 0 to 2, while there is no connection.
+    /// Step of the synchronization, 0 to 2, while there is no connection.
     Sync(u8),
     /// Watchdog renewal, so that the robot does not stop.
     Pulse,

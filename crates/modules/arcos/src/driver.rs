@@ -66,7 +66,7 @@ pub struct DriverSettings {
 }
 
 /// Polling period of the device: the maximum delay of a command after the tick.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 /// Retry interval for a device that can't be opened.
 const AGAIN: Duration = Duration::from_millis(500);
 /// Time without an echo of a sonar after which a warning is logged.
@@ -81,7 +81,7 @@ pub fn run(stop: &Stop, settings: DriverSettings) {
         began: wall(),
         odometer: Odometer::new(settings.pose),
         settings,
-        told: String::new(),
+        reported: String::new(),
         ring: None,
         pending: None,
         reading: Reading::default(),
@@ -120,7 +120,7 @@ struct Driver<'a> {
     /// Sonar ring of the connected robot, and its start time.
     ring: Option<(&'static Model, Ring, Duration)>,
     /// Connection fault last logged; empty while connected.
-    told: String,
+    reported: String,
     /// Newest reading.
     reading: Reading,
     /// Messages beyond the tick's capacity.
@@ -143,7 +143,7 @@ impl Driver<'_> {
         let begin = self.now();
         while !session.outgoing().is_empty() && self.now().saturating_sub(begin) < FAREWELL {
             port.write(session.outgoing())?;
-            port.wait(LOOK)?;
+            port.wait(POLL_PERIOD)?;
         }
         Ok(())
     }
@@ -151,7 +151,7 @@ impl Driver<'_> {
     fn talk(&mut self, port: &Port, session: &mut Session) -> Result<(), PortError> {
         let mut bytes = [0; 1024];
         while !self.stop.is_set() {
-            port.wait(LOOK)?;
+            port.wait(POLL_PERIOD)?;
             let now = self.now();
             while let Ok(Some(Order { left, right })) = self.stop.receive() {
                 session.drive(left, right, now);
@@ -173,7 +173,7 @@ impl Driver<'_> {
             Event::Connected { identity, model } => {
                 let text = format!("{} ({} {})", identity.name, identity.class, identity.model);
                 self.stop.info(format_args!("connected to {text} at {}", self.settings.device.display()));
-                self.told.clear();
+                self.reported.clear();
                 self.odometer.interrupt();
                 self.ring = Some((model, Ring::new(model, self.settings.sonars), self.now()));
                 self.complained = false;
@@ -196,7 +196,7 @@ impl Driver<'_> {
         {
             self.complained = true;
             self.stop.warn(format_args!(
-                "no scans: sonar {sonar} says nothing; has the robot as many as `sonars` says?"
+                "no scans: sonar {sonar} sends nothing; check that the robot has the number of sonars in `sonars`"
             ));
         }
         let jumps = self.odometer.jumps();
@@ -235,13 +235,13 @@ impl Driver<'_> {
         if status.connection == Connection::UP {
             status.losses += 1;
         }
-        if reason != self.told {
+        if reason != self.reported {
             self.stop.warn(format_args!("no connection, which is tried again: {reason}"));
         }
         let (bad_checksums, losses) = (status.bad_checksums, status.losses);
         *status =
             PioneerStatus { bad_checksums, losses, text: Text::new(&reason), ..PioneerStatus::default() };
-        self.told = reason;
+        self.reported = reason;
         self.reading.heard = false.into();
         self.pending = Some(self.reading);
     }

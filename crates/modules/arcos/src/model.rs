@@ -11,34 +11,34 @@ use slate_module::{Sequence, Text};
 pub struct Model {
     /// Name at the controller.
     pub name: &'static str,
-    /// Unit of distance, metres.
+    /// Unit of distance, meters.
     pub distance: f64,
     /// Radians in a unit of angle: there are 4096 in a turn.
     pub angle: f64,
-    /// Unit of speed, metres per second.
+    /// Unit of speed, meters per second.
     pub speed: f64,
-    /// Unit of a sonar's range, metres.
+    /// Unit of a sonar's range, meters.
     pub range: f64,
     /// Maximum linear velocity, m/s.
     pub maximum_speed: f64,
     /// Maximum angular velocity, degrees/s.
     pub maximum_rotation: f64,
-    /// Radius of a wheel, metres.
+    /// Radius of a wheel, meters.
     pub wheel_radius: f64,
-    /// Distance between the wheels, metres.
+    /// Distance between the wheels, meters.
     pub track: f64,
     /// Maximum acceleration of a wheel, rad/s².
     pub maximum_wheel_acceleration: f64,
-    /// Corners of the convex outline around the axle's midpoint, metres.
+    /// Corners of the convex outline around the axle's midpoint, meters.
     /// They are in counter-clockwise order.
     pub outline: [[f64; 2]; 12],
-    /// Minimum range, metres.
+    /// Minimum range, meters.
     pub range_min: f64,
-    /// Maximum range, metres; longer readings mean no echo.
+    /// Maximum range, meters; longer readings mean no echo.
     pub range_max: f64,
     /// Radians, the full opening of a sonar's cone.
     pub field_of_view: f64,
-    /// Mounting poses of the sonars by number: x, y in metres, direction in degrees.
+    /// Mounting poses of the sonars by number: x, y in meters, direction in degrees.
     pub sonars: [[f64; 3]; 16],
 }
 

@@ -6,7 +6,7 @@ use slate_module::math::{cos, sin, wrap_angle};
 use crate::model::Model;
 use crate::report::Report;
 
-/// Maximum travel between two reports, metres: at most a second lies between.
+/// Maximum travel between two reports, meters: at most a second lies between.
 const STRIDE: f64 = 2.5;
 
 /// Adds up how the robot moves from report to report, across connections.

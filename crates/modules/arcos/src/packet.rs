@@ -37,7 +37,7 @@ pub fn encode(data: &[u8], bytes: &mut Vec<u8>) {
 
 /// Decoder of packets from a byte stream in arbitrary pieces, with garbage.
 ///
-/// It holds less than two packets. When a checksum is wrong, the search goes on with the byte after the header, so a
+/// It holds less than two packets. When a checksum is wrong, the search continues with the byte after the header, so a
 /// header that garbage imitates hides no packet for good.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
@@ -53,18 +53,18 @@ impl Decoder {
             self.held.extend_from_slice(chunk);
             let mut from = 0;
             loop {
-                match look(&self.held[from..]) {
-                    Look::Incomplete => break,
-                    Look::Skip(count) => {
+                match find_packet(&self.held[from..]) {
+                    FoundPacket::Incomplete => break,
+                    FoundPacket::Skip(count) => {
                         self.skipped += count as u64;
                         from += count;
                     }
-                    Look::Bad => {
+                    FoundPacket::Bad => {
                         self.bad_checksums += 1;
                         self.skipped += 1;
                         from += 1;
                     }
-                    Look::Packet(data) => {
+                    FoundPacket::Packet(data) => {
                         packet(data);
                         from += HEADER.len() + 1 + data.len() + CHECKSUM;
                     }
@@ -91,7 +91,7 @@ impl Decoder {
 }
 
 /// Classification of the first bytes.
-enum Look<'a> {
+enum FoundPacket<'a> {
     /// Too little to say.
     Incomplete,
     /// Number of bytes that begin no packet.
@@ -102,26 +102,30 @@ enum Look<'a> {
     Packet(&'a [u8]),
 }
 
-fn look(bytes: &[u8]) -> Look<'_> {
+fn find_packet(bytes: &[u8]) -> FoundPacket<'_> {
     let Some(start) = bytes.iter().position(|byte| *byte == HEADER[0]) else {
-        return if bytes.is_empty() { Look::Incomplete } else { Look::Skip(bytes.len()) };
+        return if bytes.is_empty() { FoundPacket::Incomplete } else { FoundPacket::Skip(bytes.len()) };
     };
     if start > 0 {
-        return Look::Skip(start);
+        return FoundPacket::Skip(start);
     }
     match bytes {
-        [_, second, ..] if *second != HEADER[1] => Look::Skip(1),
+        [_, second, ..] if *second != HEADER[1] => FoundPacket::Skip(1),
         [_, _, count, rest @ ..] => {
             let count = usize::from(*count);
             if count <= CHECKSUM || count > LARGEST {
-                return Look::Skip(1);
+                return FoundPacket::Skip(1);
             }
             let Some((data, sum)) = rest.get(..count).and_then(|rest| rest.split_last_chunk::<CHECKSUM>())
             else {
-                return Look::Incomplete;
+                return FoundPacket::Incomplete;
             };
-            if checksum(data) == u16::from_be_bytes(*sum) { Look::Packet(data) } else { Look::Bad }
+            if checksum(data) == u16::from_be_bytes(*sum) {
+                FoundPacket::Packet(data)
+            } else {
+                FoundPacket::Bad
+            }
         }
-        _ => Look::Incomplete,
+        _ => FoundPacket::Incomplete,
     }
 }

@@ -15,7 +15,7 @@ pub const SILENCE: Duration = Duration::from_secs(1);
 /// Timeout of an answer before a request is repeated.
 const TIMEOUT: Duration = Duration::from_millis(300);
 /// Number of attempts of a request before the session restarts.
-const TRIES: u32 = 3;
+const MAX_ATTEMPTS: u32 = 3;
 /// Pause between the end of an old connection and a new one.
 const PAUSE: Duration = Duration::from_millis(100);
 /// Period at which an unchanged command is repeated.
@@ -52,10 +52,10 @@ pub enum Loss {
     #[error("the robot does not answer: is it switched on, and connected?")]
     NoAnswer,
     /// Bytes came, but no packets.
-    #[error("there is noise and no packet on the line: is the speed of the line the robot's?")]
+    #[error("noise and no packet on the line: check the baud rate")]
     Noise,
     /// Unexpected packets.
-    #[error("the robot answers, but not what it is asked")]
+    #[error("the robot's answers do not match the requests")]
     Confused,
     /// No report for a second.
     #[error("the robot fell silent")]
@@ -79,10 +79,10 @@ enum SessionState {
     Begin { pause: Duration },
     /// Waits for the controller to have ended it.
     Pause { until: Duration },
-    /// Waits for the answer to a step of the synchronisation.
-    Sync { step: u8, asked: Duration, tries: u32 },
+    /// Waits for the answer to a step of the synchronization.
+    Sync { step: u8, requested_at: Duration, tries: u32 },
     /// Waits for the first report.
-    Opening { identity: Identity, model: &'static Model, asked: Duration, tries: u32 },
+    Opening { identity: Identity, model: &'static Model, requested_at: Duration, tries: u32 },
     /// Reports come.
     Open(OpenConnection),
 }
@@ -130,7 +130,7 @@ pub struct Session {
     decoder: Decoder,
     outgoing: Vec<u8>,
     /// Time of the last sent packet.
-    spoke: Duration,
+    sent_at: Duration,
     /// Known model; else that of the controller.
     model: Option<&'static Model>,
     time_to_live: Duration,
@@ -153,7 +153,7 @@ impl Session {
             state: SessionState::Begin { pause: PAUSE },
             decoder: Decoder::default(),
             outgoing: Vec::new(),
-            spoke: Duration::ZERO,
+            sent_at: Duration::ZERO,
             model,
             time_to_live,
             switched_off: false,
@@ -212,7 +212,7 @@ impl Session {
             SessionState::Sync { step, .. } if data.first() == Some(step) => {
                 let step = *step;
                 if step < 2 {
-                    self.ask(step + 1, now);
+                    self.request_sync(step + 1, now);
                     return None;
                 }
                 let identity = Identity::decode(&data[1..]);
@@ -221,7 +221,7 @@ impl Session {
                     self.state = SessionState::Begin { pause: SILENCE };
                     return Some(Event::Lost(Loss::Unknown(identity.model)));
                 };
-                self.state = SessionState::Opening { identity, model, asked: now, tries: 1 };
+                self.state = SessionState::Opening { identity, model, requested_at: now, tries: 1 };
                 self.open(now);
                 None
             }
@@ -270,34 +270,34 @@ impl Session {
             }
             SessionState::Pause { until } => {
                 if now >= *until {
-                    self.ask(0, now);
+                    self.request_sync(0, now);
                 }
                 None
             }
-            SessionState::Sync { step, asked, tries } => {
-                if now.saturating_sub(*asked) < TIMEOUT {
+            SessionState::Sync { step, requested_at, tries } => {
+                if now.saturating_sub(*requested_at) < TIMEOUT {
                     return None;
                 }
-                if *tries == TRIES {
+                if *tries == MAX_ATTEMPTS {
                     return Some(self.lose(match (self.bytes, self.packets) {
                         (0, _) => Loss::NoAnswer,
                         (_, 0) => Loss::Noise,
                         _ => Loss::Confused,
                     }));
                 }
-                (*tries, *asked) = (*tries + 1, now);
+                (*tries, *requested_at) = (*tries + 1, now);
                 let step = *step;
                 self.send(Command::Sync(step), now);
                 None
             }
-            SessionState::Opening { asked, tries, .. } => {
-                if now.saturating_sub(*asked) < TIMEOUT {
+            SessionState::Opening { requested_at, tries, .. } => {
+                if now.saturating_sub(*requested_at) < TIMEOUT {
                     return None;
                 }
-                if *tries == TRIES {
+                if *tries == MAX_ATTEMPTS {
                     return Some(self.lose(Loss::Confused));
                 }
-                (*tries, *asked) = (*tries + 1, now);
+                (*tries, *requested_at) = (*tries + 1, now);
                 self.open(now);
                 None
             }
@@ -318,8 +318,8 @@ impl Session {
         Event::Lost(loss)
     }
 
-    fn ask(&mut self, step: u8, now: Duration) {
-        self.state = SessionState::Sync { step, asked: now, tries: 1 };
+    fn request_sync(&mut self, step: u8, now: Duration) {
+        self.state = SessionState::Sync { step, requested_at: now, tries: 1 };
         self.send(Command::Sync(step), now);
     }
 
@@ -333,7 +333,7 @@ impl Session {
         let fresh = self.commanded.filter(|(_, since)| now.saturating_sub(*since) < self.time_to_live);
         // Unsent commands would only grow old.
         let waits = !self.outgoing.is_empty();
-        let spoke = self.spoke;
+        let sent_at = self.sent_at;
         let SessionState::Open(open) = &mut self.state else { return };
         if waits {
             return;
@@ -355,7 +355,7 @@ impl Session {
         if (is_new && (motion == (0, 0) || since >= SPACING)) || (!stands && since >= RENEWAL) {
             (open.sent, open.renewed) = (motion, now);
             commands.extend([Command::Velocity(motion.0), Command::Rotation(motion.1)]);
-        } else if now.saturating_sub(spoke) >= BEAT {
+        } else if now.saturating_sub(sent_at) >= BEAT {
             commands.push(Command::Pulse);
         }
         for command in commands {
@@ -367,7 +367,7 @@ impl Session {
         // A blocked port must not let this grow; commands left out are sent again.
         if self.outgoing.len() < 256 {
             command.encode(&mut self.outgoing);
-            self.spoke = now;
+            self.sent_at = now;
         }
     }
 }

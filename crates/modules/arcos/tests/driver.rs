@@ -215,14 +215,14 @@ fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
     math::hypot(to[0] - from[0], to[1] - from[1])
 }
 
-/// Half a metre per second.
+/// Half a meter per second.
 const FAST: f64 = 0.5 / 0.0975;
 
-/// Drives a metre and turns by a right angle, and compares what odometry says with where the robot is.
-fn drives_a_metre_and_turns(running: &Running, controller: &Controller) {
+/// Drives a meter and turns by a right angle, and compares what odometry says with where the robot is.
+fn drives_a_meter_and_turns(running: &Running, controller: &Controller) {
     let (start, began) = (controller.pose(), running.odometry());
     running.drive(FAST, FAST);
-    running.until("a metre", || distance(began, running.odometry()) > 0.9);
+    running.until("a meter", || distance(began, running.odometry()) > 0.9);
     running.cease();
     running.until_it_stands(controller);
     let driven = distance(start, controller.pose());
@@ -245,7 +245,7 @@ fn the_robot_drives_turns_and_senses() {
     let link = unique("drives");
     let controller = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
-    drives_a_metre_and_turns(&running, &controller);
+    drives_a_meter_and_turns(&running, &controller);
     assert_eq!(running.text("pioneer/status/text"), "slate-sim (Pioneer p3dx-sh)");
     assert_eq!(running.number("pioneer/battery/voltage"), 12.6);
     assert_eq!(running.number("pioneer/bumper/front") + running.number("pioneer/bumper/back"), 0.0);
@@ -277,7 +277,7 @@ fn the_robot_stops_without_commands_and_when_the_agent_hangs() {
     running.until_it_stands(&controller);
     running.drive(2.0, 2.0);
     running.until("motion", || controller.wheels().0 > 0.1);
-    // No cycle passes, so nothing on the board says that the wheels shall stop.
+    // No cycle passes, so no property commands a stop of the wheels.
     let begin = Instant::now();
     running.set("sleep", Value::Integer(4_000));
     running.until("standing", || controller.wheels() == (0.0, 0.0));
@@ -291,12 +291,12 @@ fn damaged_bytes_are_counted_and_survived() {
     let faults = Faults { drop: 0.002, corrupt: 0.002, ..Faults::default() };
     let controller = controller(&link, [-1.0, 0.8, 0.0], faults);
     let running = Running::connected(&link);
-    drives_a_metre_and_turns(&running, &controller);
+    drives_a_meter_and_turns(&running, &controller);
     running.until("damage", || running.number("pioneer/status/bad_checksums") > 0.0);
 }
 
 #[test]
-fn a_robot_that_falls_silent_or_babbles_is_told_and_found_again() {
+fn silent_or_noisy_robot_is_reported_and_found_again() {
     let link = unique("silent");
     let controller = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
@@ -308,7 +308,7 @@ fn a_robot_that_falls_silent_or_babbles_is_told_and_found_again() {
         controller.set_faults(faults);
         running.until("a loss", || !running.is_up());
         running.until_logged(text);
-        // It hears still, and is told to stop.
+        // It still receives, and gets a stop.
         running.until("standing", || controller.wheels() == (0.0, 0.0));
         running.cease();
         controller.set_faults(Faults::default());
@@ -331,7 +331,7 @@ fn a_replugged_cable_reconnects_without_motion() {
     controller.unplug();
     running.until("a loss", || !running.is_up());
     running.until_logged("is gone");
-    running.until_logged("is not there");
+    running.until_logged("does not exist");
     running.cease();
     // The robot's own watchdog.
     running.until("standing", || controller.wheels() == (0.0, 0.0));
@@ -362,7 +362,7 @@ fn a_reconnected_robot_moves_only_after_reset_and_arming() {
     running.until("motion", || first.wheels().0 > 0.05);
     drop(first);
     running.until("a loss", || !running.is_up());
-    // What plans goes on as if nothing was.
+    // What plans continues as if nothing was.
     let second = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     running.until("a connection", || running.is_up());
     running.until_logged("`slate reset` and then `slate arm`");
@@ -379,25 +379,26 @@ fn a_reconnected_robot_moves_only_after_reset_and_arming() {
 fn a_robot_that_comes_later_is_found() {
     let link = unique("later");
     let running = Running::new(&unique("elsewhere"));
-    running.until_logged("elsewhere is not there");
+    running.until_logged("elsewhere does not exist");
     // A parameter that changes acts at once.
     let device = Value::Text(link.display().to_string());
     running.board.write("pioneer/params/device", &device, 0).unwrap();
-    running.until("a reason", || running.text("pioneer/status/text").contains("later is not there"));
+    running.until("a reason", || running.text("pioneer/status/text").contains("later does not exist"));
     let mut options = ControllerOptions { link: Some(link.clone()), ..ControllerOptions::default() };
     options.faults.silent = true;
     let controller = Controller::start(options).unwrap();
     running.until("a reason", || running.text("pioneer/status/text").contains("does not answer"));
     controller.set_faults(Faults::default());
     running.until("a connection", || running.is_up());
-    let told = running.log.lines().iter().filter(|record| record.text.contains("later is not there")).count();
+    let told =
+        running.log.lines().iter().filter(|record| record.text.contains("later does not exist")).count();
     assert_eq!(told, 1, "each reason is told once");
 }
 
 #[test]
 fn a_wall_presses_the_bumper_and_the_robot_can_back_off() {
     let link = unique("wall");
-    // Not half a metre before the wall in the east.
+    // Not half a meter before the wall in the east.
     let controller = controller(&link, [1.9, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
     running.drive(FAST, FAST);
@@ -409,7 +410,7 @@ fn a_wall_presses_the_bumper_and_the_robot_can_back_off() {
     running.until("freedom", || {
         running.number("pioneer/bumper/front") == 0.0 && running.number("pioneer/status/left_stalled") == 0.0
     });
-    // The stop button ends all motion, and nobody but a person starts the motors again.
+    // The stop button ends all motion, and only a person starts the motors again.
     controller.set_stop_button(true);
     running.until("the button", || running.number("pioneer/status/stop_button") == 1.0);
     running.until_logged("switched off at the robot");

@@ -292,7 +292,7 @@ fn pieces<'a>(mut bytes: &'a [u8], lengths: &[usize]) -> Vec<&'a [u8]> {
 
 proptest! {
     #[test]
-    fn what_is_encoded_is_decoded(commands in prop::collection::vec(command(), 1..20)) {
+    fn encoding_round_trips(commands in prop::collection::vec(command(), 1..20)) {
         let bytes: Vec<u8> = commands.iter().flat_map(|command| encoded(*command)).collect();
         let mut decoder = Decoder::default();
         let packets = decoded(&mut decoder, &bytes);

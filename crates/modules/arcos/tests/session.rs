@@ -118,7 +118,7 @@ fn on() -> Report {
 }
 
 #[test]
-fn a_session_stops_the_robot_synchronises_and_opens() {
+fn a_session_stops_the_robot_synchronizes_and_opens() {
     let mut line = Line::new();
     line.pass(Duration::from_millis(50));
     // A robot that its watchdog has stopped would drive on at any other packet.
@@ -145,7 +145,7 @@ fn a_session_stops_the_robot_synchronises_and_opens() {
 }
 
 #[test]
-fn questions_are_asked_again_and_then_all_begins_anew() {
+fn requests_are_repeated_and_then_session_restarts() {
     let mut line = Line::new();
     line.pass(Duration::from_millis(1100));
     let said = line.said();
@@ -166,7 +166,7 @@ fn questions_are_asked_again_and_then_all_begins_anew() {
 }
 
 #[test]
-fn what_is_wrong_is_told_apart() {
+fn errors_are_distinguished() {
     let noise = |line: &mut Line| {
         for _ in 0..40 {
             let events = &mut line.events;
@@ -183,7 +183,7 @@ fn what_is_wrong_is_told_apart() {
         line.say(&on().encode());
         line.pass(Duration::from_millis(100));
     }
-    assert_eq!(line.losses(), [Loss::Confused], "it never synchronises");
+    assert_eq!(line.losses(), [Loss::Confused], "it never synchronizes");
 
     let mut line = Line::new();
     line.open();
@@ -240,7 +240,7 @@ fn a_command_is_sent_at_once_and_renewed_within_its_lifetime() {
     line.pass(TIME_TO_LIVE + STEP);
     let stop = line.heard.iter().find(|(_, data)| *data == [11, 0x3B, 0, 0]).unwrap().0;
     assert!(stop > last && stop <= last + TIME_TO_LIVE, "{:?} after the last command", stop - last);
-    // As long as it still moves, it is told again.
+    // While it still moves, the stop is repeated.
     line.said();
     line.report(&Report { moving: true, ..on() }, Duration::from_secs(2));
     assert!(line.motions().len() >= 6);
@@ -277,7 +277,7 @@ fn changing_commands_do_not_flood_the_line_or_delay_a_stop() {
 }
 
 #[test]
-fn what_a_port_does_not_take_is_not_piled_up() {
+fn untaken_values_of_port_do_not_accumulate() {
     let mut session = Session::new(None, TIME_TO_LIVE);
     let mut now = Duration::ZERO;
     for _ in 0..100_000 {

@@ -2,7 +2,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use slate_interfaces::{Point2, Pose2, SonarScan, Twist2};
 use slate_module::math;
 
-use crate::field::{self, LONG, Widths};
+use crate::field::{self, PATH_STEPS, Widths};
 use crate::footprint::Footprint;
 use crate::map::{LocalMap, on_the_map};
 use crate::motion::Surroundings;
@@ -18,15 +18,15 @@ pub enum Decision {
     Avoid(Twist2),
 }
 
-/// Distance at which the goal counts as reached, metres.
+/// Distance at which the goal counts as reached, meters.
 const ARRIVED: f64 = 0.03;
-/// Distance from an occupied goal at which the robot waits, metres.
+/// Distance from an occupied goal at which the robot waits, meters.
 const WAITING: f64 = 0.8;
-/// Gain of the approach: velocity per metre to the goal, 1/s.
+/// Gain of the approach: velocity per meter to the goal, 1/s.
 const APPROACH: f64 = 1.5;
 /// Minimum velocity of the approach, m/s.
 const CREEP: f64 = 0.05;
-/// Minimum progress within the progress timeout, metres.
+/// Minimum progress within the progress timeout, meters.
 const PROGRESS: f64 = 0.1;
 
 /// Local planner that leads a robot round obstacles.
@@ -37,7 +37,7 @@ pub struct Avoider {
     /// Present choice; `None` while the path is free.
     choice: Option<[f64; 2]>,
     /// Cells of the present path.
-    #[serde(deserialize_with = "with_room::<_, _, LONG>")]
+    #[serde(deserialize_with = "deserialize_with_capacity::<_, _, PATH_STEPS>")]
     way: Vec<[i32; 2]>,
     /// Time of the next decision, seconds.
     due: Option<f64>,
@@ -47,7 +47,7 @@ pub struct Avoider {
     /// Position and time of the newest progress.
     anchor: Option<[f64; 3]>,
     /// Detected robots, and the time of detection.
-    #[serde(deserialize_with = "with_room::<_, _, OTHERS>")]
+    #[serde(deserialize_with = "deserialize_with_capacity::<_, _, OTHERS>")]
     others: Vec<Other>,
     seen: Option<f64>,
 }
@@ -62,7 +62,7 @@ impl Avoider {
             footprint,
             map: LocalMap::default(),
             choice: None,
-            way: Vec::with_capacity(LONG),
+            way: Vec::with_capacity(PATH_STEPS),
             due: None,
             waited: false,
             anchor: None,
@@ -265,13 +265,13 @@ impl Avoider {
 }
 
 /// Deserializes a list with its capacity, so that it does not allocate later.
-fn with_room<'de, D, T, const ROOM: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
+fn deserialize_with_capacity<'de, D, T, const CAPACITY: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
 {
     let mut list = Vec::deserialize(deserializer)?;
-    list.reserve_exact(ROOM.saturating_sub(list.len()));
+    list.reserve_exact(CAPACITY.saturating_sub(list.len()));
     Ok(list)
 }
 

@@ -5,7 +5,7 @@ use crate::map::{CELL, LocalMap, SIDE, cell_of};
 use crate::other::Other;
 
 const CELLS: usize = SIDE * SIDE;
-const FAR: u16 = u16::MAX;
+const UNREACHED: u16 = u16::MAX;
 const NONE: u16 = u16::MAX;
 /// Cost and length of a step straight and diagonal, in fifths of a cell.
 const STRAIGHT: u16 = 5;
@@ -14,9 +14,9 @@ const DIAGONAL: u16 = 7;
 /// The spread is that over the edge of the map plus the largest step cost.
 const BUCKETS: usize = 4096;
 /// Steps of the path examined for a waypoint, cells.
-const NEAR: usize = 16;
+const WAYPOINT_STEPS: usize = 16;
 /// Steps of the path that are remembered, cells.
-pub(crate) const LONG: usize = 64;
+pub(crate) const PATH_STEPS: usize = 64;
 /// Factor on the cost of a step on free ground.
 /// The remembered path is cheaper by `PREFERENCE`; tight and blocked cells cost more.
 const FREE: u8 = 6;
@@ -24,7 +24,7 @@ const PREFERENCE: u8 = 1;
 const TIGHT: u8 = 10;
 const BLOCKED: u8 = 48;
 
-/// Widths that make a cell costly or cheap, metres from the nearest mark.
+/// Widths that make a cell costly or cheap, meters from the nearest mark.
 #[derive(Clone, Copy)]
 pub(crate) struct Widths {
     /// Nearer than this the robot's middle can't be.
@@ -80,9 +80,9 @@ impl Grid {
             corner: [cell_of(pose.x) - middle, cell_of(pose.y) - middle],
             robot: Point2 { x: pose.x, y: pose.y },
             robot_cell: SIDE / 2 * SIDE + SIDE / 2,
-            clearance: [FAR; CELLS],
+            clearance: [UNREACHED; CELLS],
             weight: [1; CELLS],
-            cost: [FAR; CELLS],
+            cost: [UNREACHED; CELLS],
         }
     }
 
@@ -184,7 +184,7 @@ impl Grid {
     fn remember(&self, way: &mut Vec<[i32; 2]>) {
         way.clear();
         let mut cell = self.robot_cell;
-        while way.len() < LONG {
+        while way.len() < PATH_STEPS {
             // Cells on the map have numbers far below the limits of an `i32`.
             let number = |corner: i64, cell: usize| (corner + cell as i64) as i32;
             way.push([number(self.corner[0], cell % SIDE), number(self.corner[1], cell / SIDE)]);
@@ -198,9 +198,9 @@ impl Grid {
     /// Returns the next cell on the path to the goal; `None` at its end.
     fn downhill(&self, cell: usize) -> Option<usize> {
         let mut best = cell;
-        for (neighbour, _) in neighbours(cell) {
-            if self.cost[neighbour] < self.cost[best] {
-                best = neighbour;
+        for (neighbor, _) in neighbors(cell) {
+            if self.cost[neighbor] < self.cost[best] {
+                best = neighbor;
             }
         }
         (best != cell).then_some(best)
@@ -214,7 +214,7 @@ impl Grid {
             queue.add(cell, value);
             waiting += 1;
         };
-        let mut current = FAR;
+        let mut current = UNREACHED;
         if let Some(cell) = self.index(goal.x, goal.y) {
             start(&mut self.cost, cell, 0);
             current = 0;
@@ -226,7 +226,7 @@ impl Grid {
                 // Weighed as free ground. Where the spread outgrows the queue, the way is surely not the best.
                 let value =
                     (self.way_left(cell, goal) - nearest) / CELL * f64::from(STRAIGHT * u16::from(FREE));
-                if self.cost[cell] == FAR && value < 3500.0 {
+                if self.cost[cell] == UNREACHED && value < 3500.0 {
                     start(&mut self.cost, cell, value as u16);
                     current = current.min(value as u16);
                 }
@@ -241,16 +241,16 @@ impl Grid {
             if cell == self.robot_cell {
                 return;
             }
-            for (neighbour, length) in neighbours(cell) {
-                let cost = current + length * u16::from(self.weight[neighbour]);
-                if cost < self.cost[neighbour] {
-                    if self.cost[neighbour] == FAR {
+            for (neighbor, length) in neighbors(cell) {
+                let cost = current + length * u16::from(self.weight[neighbor]);
+                if cost < self.cost[neighbor] {
+                    if self.cost[neighbor] == UNREACHED {
                         waiting += 1;
                     } else {
-                        queue.unlink(neighbour, self.cost[neighbour]);
+                        queue.unlink(neighbor, self.cost[neighbor]);
                     }
-                    self.cost[neighbour] = cost;
-                    queue.add(neighbour, cost);
+                    self.cost[neighbor] = cost;
+                    queue.add(neighbor, cost);
                 }
             }
         }
@@ -267,7 +267,7 @@ impl Grid {
         let mut cell = self.robot_cell;
         let mut target = goal;
         let mut dearest = self.weight[cell];
-        for step in 0..NEAR {
+        for step in 0..WAYPOINT_STEPS {
             let Some(next) = self.downhill(cell) else {
                 // The goal's own cell.
                 return if step == 0 || self.view(goal, dearest) { goal } else { target };
@@ -296,8 +296,8 @@ impl Grid {
     }
 }
 
-/// Neighbours of a cell, with their distances.
-fn neighbours(cell: usize) -> impl Iterator<Item = (usize, u16)> {
+/// Neighbors of a cell, with their distances.
+fn neighbors(cell: usize) -> impl Iterator<Item = (usize, u16)> {
     const AROUND: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
     let (row, column) = ((cell / SIDE) as i32, (cell % SIDE) as i32);
     AROUND.iter().filter_map(move |(down, right)| {

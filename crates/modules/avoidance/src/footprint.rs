@@ -54,7 +54,7 @@ pub struct Footprint {
 
 impl Footprint {
     /// Returns the outline with these corners.
-    /// Metres, counter-clockwise in the robot's frame.
+    /// Meters, counter-clockwise in the robot's frame.
     ///
     /// # Errors
     /// The reason why these are no corners of a convex outline.
@@ -107,27 +107,27 @@ impl Footprint {
         &self.sides[..self.count]
     }
 
-    /// Returns the radius of the outline about its center, metres.
+    /// Returns the radius of the outline about its center, meters.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Returns the x of the outline's center, metres.
+    /// Returns the x of the outline's center, meters.
     pub fn centre(&self) -> f64 {
         self.centre
     }
 
-    /// Returns the half width of the outline, metres.
+    /// Returns the half width of the outline, meters.
     pub fn half_width(&self) -> f64 {
         self.sides().iter().fold(0.0, |most, side| math::max(most, side.y.abs()))
     }
 
-    /// Returns the front of the outline, metres.
+    /// Returns the front of the outline, meters.
     pub fn front(&self) -> f64 {
         self.sides().iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
     }
 
-    /// Returns the x of the outline's front at a lateral distance, metres.
+    /// Returns the x of the outline's front at a lateral distance, meters.
     /// Beyond the outline it is the x of the widest point.
     pub fn front_at(&self, y: f64) -> f64 {
         let y = math::clamp(y, -self.half_width(), self.half_width());
@@ -140,7 +140,7 @@ impl Footprint {
         })
     }
 
-    /// Returns the distance of a point from the outline, metres; negative inside.
+    /// Returns the distance of a point from the outline, meters; negative inside.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         let mut outside = f64::NEG_INFINITY;
         let mut nearest = f64::INFINITY;
@@ -162,12 +162,12 @@ impl Footprint {
         if dx * dx + y * y > limit * limit { reach } else { self.distance(x, y) }
     }
 
-    /// Corners in the robot's frame, metres.
+    /// Corners in the robot's frame, meters.
     pub fn outline(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         self.sides().iter().map(|side| [side.x, side.y])
     }
 
-    /// Corners in the world, metres, for a robot at a pose.
+    /// Corners in the world, meters, for a robot at a pose.
     pub fn corners(&self, pose: Pose2) -> impl Iterator<Item = Point2> + '_ {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         self.sides().iter().map(move |side| Point2 {

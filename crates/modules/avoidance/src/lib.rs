@@ -20,7 +20,7 @@ mod rocs;
 
 pub use avoider::{Avoider, Decision, approach_speed};
 pub use footprint::{Footprint, FootprintError};
-pub use look_ahead::{Course, LOOKS, Sides};
+pub use look_ahead::{Course, PREDICTIONS, Sides};
 pub use map::{LocalMap, Mark};
 pub use other::Other;
 pub use parameters::Parameters;

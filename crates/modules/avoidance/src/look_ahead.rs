@@ -8,7 +8,7 @@ use slate_module::math;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sides {
-    /// Effective track width, metres.
+    /// Effective track width, meters.
     pub track: f64,
     /// Acceleration of a side, m/s².
     pub acceleration: f64,
@@ -27,7 +27,7 @@ pub struct Course {
 const FIRST: u32 = 4;
 const SECOND: u32 = 12;
 /// Number of predictions of [`Sides::best`].
-pub const LOOKS: u32 = FIRST + SECOND;
+pub const PREDICTIONS: u32 = FIRST + SECOND;
 
 impl Sides {
     /// Predicts pose and twist after a command of `time` seconds, which must be short.
@@ -73,7 +73,7 @@ impl Sides {
             }
             for next in std::iter::once(motion).chain(second.clone()) {
                 let (mut there, mut sum) = (there, begun);
-                for step in FIRST + 1..=LOOKS {
+                for step in FIRST + 1..=PREDICTIONS {
                     // It can only get dearer.
                     if sum >= least {
                         break;

@@ -7,15 +7,15 @@ use crate::parameters::Parameters;
 
 /// Cells along one side of the map.
 pub(crate) const SIDE: usize = 50;
-/// Edge of a cell, metres.
+/// Edge of a cell, meters.
 pub(crate) const CELL: f64 = 0.05;
-/// Half the edge of the map, metres.
-pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
+/// Half the edge of the map, meters.
+pub(crate) const HALF_EDGE: f64 = 0.5 * SIDE as f64 * CELL;
 
 /// Confidence from which a mark counts as an obstacle: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-/// Tolerance of a mark nearer than the reading, metres.
+/// Tolerance of a mark nearer than the reading, meters.
 const TOLERANCE: f64 = 0.04;
 /// Cosine of the angle up to which silence disproves a mark in full.
 /// Beyond the angle of `OTHER_DIRECTION` it has no effect. A smooth surface reflects only sound that arrives at most 45
@@ -28,9 +28,9 @@ const SONARS: usize = 16;
 /// Position of a sonar echo.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
-    /// Position in the world, metres.
+    /// Position in the world, meters.
     pub x: f64,
-    /// Position in the world, metres.
+    /// Position in the world, meters.
     pub y: f64,
     /// Direction of the sonar beam, unit vector in the world.
     direction: [f64; 2],
@@ -40,7 +40,7 @@ pub struct Mark {
     pub since: f64,
 }
 
-/// Local map of sonar echoes, at most one per cell of a robot-centred grid.
+/// Local map of sonar echoes, at most one per cell of a robot-centered grid.
 ///
 /// An echo has a range, but no direction within the cone. So it marks the whole arc at this
 /// range, and removes nearer marks in the cone, until the marks fit all echoes.
@@ -131,7 +131,7 @@ impl LocalMap {
             let silence =
                 cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, fading.edge)));
             mark.confidence -= fading.elapsed + fading.miss_weight * silence;
-            let away = dx.abs() >= REACH || dy.abs() >= REACH;
+            let away = dx.abs() >= HALF_EDGE || dy.abs() >= HALF_EDGE;
             let inside =
                 footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;
             if mark.confidence <= 0.0 || away || inside {
@@ -145,7 +145,7 @@ impl LocalMap {
     /// Marks the arcs of the echoes, but for what another sonar disproves.
     fn mark_echoes(&mut self, pose: Pose2, cones: &[Cone], field_of_view: f64, edge: f64) {
         let Some(time) = self.time else { return };
-        let heard = |(_, cone): &(usize, &Cone)| cone.heard && cone.range < 2.0 * REACH;
+        let heard = |(_, cone): &(usize, &Cone)| cone.heard && cone.range < 2.0 * HALF_EDGE;
         for (number, cone) in cones.iter().enumerate().filter(heard) {
             // At least the ends of the arc, and no cell between them left out.
             let steps = (cone.range * field_of_view / (0.8 * CELL)) as u32 + 1;
@@ -158,7 +158,7 @@ impl LocalMap {
                 ];
                 let (x, y) = (cone.x + cone.range * direction[0], cone.y + cone.range * direction[1]);
                 let mark = Mark { x, y, direction, confidence: HIT, since: time };
-                let away = (mark.x - pose.x).abs() >= REACH || (mark.y - pose.y).abs() >= REACH;
+                let away = (mark.x - pose.x).abs() >= HALF_EDGE || (mark.y - pose.y).abs() >= HALF_EDGE;
                 let disproved = cones
                     .iter()
                     .enumerate()

@@ -15,8 +15,8 @@ const CHECK: f64 = 0.1;
 const HORIZON: f64 = 0.8;
 /// Maximum stopping time of a safe motion, seconds.
 const LONGEST: f64 = 5.0;
-/// Minimum clearance from obstacles that are within the margin already, metres.
-const SLACK: f64 = 0.001;
+/// Minimum clearance from obstacles that are within the margin already, meters.
+const CLEARANCE_TOLERANCE: f64 = 0.001;
 
 /// Obstacle in the robot's frame.
 #[derive(Clone, Copy, Default)]
@@ -45,7 +45,7 @@ pub(crate) struct Surroundings<'a> {
 
 impl<'a> Surroundings<'a> {
     /// Collects the obstacles near a robot at `pose`.
-    /// `margin` is the minimum clearance, metres.
+    /// `margin` is the minimum clearance, meters.
     pub(crate) fn new(
         map: &LocalMap,
         others: &[Other],
@@ -123,7 +123,7 @@ impl<'a> Surroundings<'a> {
         if !(0.0..LONGEST).contains(&(parameters.reaction_time + braking)) {
             return false;
         }
-        // Braking covers half of the way that going on for that time would.
+        // Braking covers half of the way that continuing for that time would.
         let time = parameters.reaction_time + 0.5 * braking;
         let steps = (time / CHECK) as u32 + 1;
         (1..=steps).all(|step| {
@@ -170,7 +170,7 @@ impl<'a> Surroundings<'a> {
                 let distance = seen_from(x, y);
                 // A robot that comes nearer than the margin would do so to a standing one, too.
                 return distance >= self.margin
-                    || distance >= self.footprint.distance_within(x, y, reach) - SLACK;
+                    || distance >= self.footprint.distance_within(x, y, reach) - CLEARANCE_TOLERANCE;
             }
             let margin = self.margin + obstacle.speed * later;
             let distance = seen_from(obstacle.x, obstacle.y);
@@ -178,7 +178,7 @@ impl<'a> Surroundings<'a> {
             let least = if obstacle.speed > 0.0 {
                 obstacle.distance + 0.5 * obstacle.speed * later
             } else {
-                obstacle.distance - SLACK
+                obstacle.distance - CLEARANCE_TOLERANCE
             };
             distance >= margin || distance >= least
         })
@@ -199,7 +199,7 @@ impl<'a> Surroundings<'a> {
             self.footprint.corners(pose).fold(0.0, farthest) - room
         };
         let far = out(there);
-        far <= 0.0 || far <= out(self.pose) + SLACK
+        far <= 0.0 || far <= out(self.pose) + CLEARANCE_TOLERANCE
     }
 
     /// Returns whether the robot can turn on the spot by an angle, radians.
@@ -280,7 +280,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Returns the cost to the target after this motion.
-    /// Metres of driving and turning.
+    /// Meters of driving and turning.
     fn cost(&self, twist: Twist2, target: Point2, last: Twist2) -> f64 {
         let path = Path::along(twist, HORIZON);
         let (dx, dy) = (target.x - path.x, target.y - path.y);

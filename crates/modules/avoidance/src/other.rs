@@ -3,11 +3,11 @@ use serde::{Deserialize, Serialize};
 /// Another robot as a disc.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Other {
-    /// x in the map frame, metres.
+    /// x in the map frame, meters.
     pub x: f64,
-    /// y in the map frame, metres.
+    /// y in the map frame, meters.
     pub y: f64,
-    /// Radius, metres.
+    /// Radius, meters.
     pub radius: f64,
     /// Velocity in the map frame, m/s.
     pub velocity: [f64; 2],

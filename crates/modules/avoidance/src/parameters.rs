@@ -20,17 +20,17 @@ pub struct Parameters {
     pub reaction_time: f64,
     /// Bearing of the goal above which the planner turns on the spot, radians.
     pub heading_tolerance: f64,
-    /// Minimum clearance from static obstacles, metres.
+    /// Minimum clearance from static obstacles, meters.
     pub min_clearance: f64,
     /// Maximum speed of unknown obstacles, m/s.
     pub max_obstacle_speed: f64,
     /// Age below which an obstacle may be moving, seconds.
     pub new_obstacle_time: f64,
-    /// Clearance on both sides of a free straight path, metres.
+    /// Clearance on both sides of a free straight path, meters.
     pub side_clearance: f64,
-    /// Additional clearance to hand back to the planner (hysteresis), metres.
+    /// Additional clearance to hand back to the planner (hysteresis), meters.
     pub side_clearance_hysteresis: f64,
-    /// Distance over which the straight path must be free, metres.
+    /// Distance over which the straight path must be free, meters.
     pub lookahead_distance: f64,
     /// Period of decisions, seconds.
     pub decision_period: f64,
@@ -43,7 +43,7 @@ pub struct Parameters {
     pub scan_timeout: f64,
     /// Time without progress after which recovery begins, seconds.
     pub progress_timeout: f64,
-    /// Half the side of a known square room about the origin, metres.
+    /// Half the side of a known square room about the origin, meters.
     pub room_half_width: Option<f64>,
     /// Response of the wheels, if it is slow.
     /// Motions are then predicted from the present twist.

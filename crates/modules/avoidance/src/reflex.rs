@@ -11,7 +11,7 @@ use crate::footprint::Footprint;
 pub const SONAR: &str = "sonar";
 /// Name of the sensor that detects robots in a robot model.
 pub const ROBOT_SENSOR: &str = "robot_sensor";
-/// Greatest distance of a rule, metres.
+/// Greatest distance of a rule, meters.
 pub const MAX_DISTANCE: f64 = 10.0;
 
 /// Threshold of a sensor.
@@ -54,7 +54,7 @@ pub struct ReflexRules {
     /// The other robot moves meanwhile. At most 0.3 m count.
     #[unit("m")]
     pub robot_clearance: f64,
-    /// Clearance from another robot in a turn in place, metres.
+    /// Clearance from another robot in a turn in place, meters.
     #[unit("m")]
     pub robot_turn_clearance: f64,
     /// Thresholds of the sensors.
@@ -63,7 +63,7 @@ pub struct ReflexRules {
 }
 
 impl ReflexRules {
-    /// Returns the threshold of a sensor, metres.
+    /// Returns the threshold of a sensor, meters.
     pub fn distance(&self, sensor: &str) -> Option<f64> {
         self.sensors.iter().find(|rule| rule.sensor.as_str() == sensor).map(|rule| rule.distance)
     }
@@ -113,7 +113,7 @@ pub enum RuleError {
         number: usize,
         /// Sensor of the rule.
         sensor: Text<28>,
-        /// Distance of the rule, metres.
+        /// Distance of the rule, meters.
         distance: f64,
     },
     /// Sensor that the robot model does not list.
@@ -180,11 +180,11 @@ impl Maneuver {
 /// Detected robot as a disc in the robot's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disc {
-    /// x, metres.
+    /// x, meters.
     pub x: f64,
-    /// y, metres.
+    /// y, meters.
     pub y: f64,
-    /// Radius, metres.
+    /// Radius, meters.
     pub radius: f64,
 }
 
@@ -193,7 +193,7 @@ const STAND: f64 = 0.2;
 /// Factor on the minimum range for an echo at that range.
 /// Its obstacle is at the minimum range or nearer.
 const NEAREST: f64 = 0.3;
-/// Tolerance of an echo from a detected robot, metres.
+/// Tolerance of an echo from a detected robot, meters.
 const SPREAD: f64 = 0.1;
 /// Points on the arc of an echo.
 const ARC: usize = 5;
@@ -205,10 +205,10 @@ const ROBOTS: usize = 8;
 const MOVING: f64 = 0.02;
 /// Angular velocity above which the robot turns, rad/s.
 const TURNING: f64 = 0.02;
-/// Distance beyond which a clearance makes no difference, metres.
-const REACH: f64 = 0.3;
+/// Distance beyond which a clearance makes no difference, meters.
+const MAX_CLEARANCE: f64 = 0.3;
 /// Step between headings, radians.
-const STEP: f64 = 0.12;
+const HEADING_STEP: f64 = 0.12;
 /// Cost of a missing clearance, rad/m.
 const GAIN: f64 = 10.0;
 /// Costs of a short drive and of backing, radians.
@@ -219,10 +219,10 @@ const PART: f64 = 0.4;
 /// Cost advantage of a left turn, radians.
 /// Of two equal turns the same one is then chosen again.
 const LEFT: f64 = 0.05;
-/// Clearance beyond the minimum at which a drive should end, metres.
-const AWAY: f64 = 0.05;
-/// Clearance that a motion may lose to an obstacle that is too near, metres.
-const SLACK: f64 = 0.003;
+/// Clearance beyond the minimum at which a drive should end, meters.
+const CLEARANCE_MARGIN: f64 = 0.05;
+/// Clearance that a motion may lose to an obstacle that is too near, meters.
+const CLEARANCE_TOLERANCE: f64 = 0.003;
 
 /// Measurements of a tick, in the robot's frame.
 #[derive(Clone, Copy, Debug)]
@@ -317,7 +317,7 @@ impl ReflexInput {
             let (way, turn) = (time * linear, time * angular);
             let (x, y) = (way * math::cos(0.5 * turn), way * math::sin(0.5 * turn));
             let then = self.robot_clearance(footprint, Pose2 { x, y, theta: turn });
-            then < rules.robot_clearance && then < now - SLACK
+            then < rules.robot_clearance && then < now - CLEARANCE_TOLERANCE
         })
     }
 
@@ -325,26 +325,30 @@ impl ReflexInput {
     /// The end must be nearer than the robot is now.
     fn turn_meets_robot(&self, footprint: &Footprint, rules: &ReflexRules, angle: f64) -> bool {
         let then = self.robot_clearance(footprint, Pose2 { theta: angle, ..Pose2::default() });
-        then < rules.robot_turn_clearance && then < self.robot_clearance(footprint, Pose2::default()) - SLACK
+        then < rules.robot_turn_clearance
+            && then < self.robot_clearance(footprint, Pose2::default()) - CLEARANCE_TOLERANCE
     }
 
     /// Returns the clearance of other robots from the outline at a pose.
     /// The pose is in the robot's frame.
     fn robot_clearance(&self, footprint: &Footprint, pose: Pose2) -> f64 {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-        self.robots[..self.seen].iter().fold(REACH, |least, robot| {
+        self.robots[..self.seen].iter().fold(MAX_CLEARANCE, |least, robot| {
             let (dx, dy) = (robot.x - pose.x, robot.y - pose.y);
             let (along, across) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
-            math::min(least, footprint.distance_within(along, across, REACH + robot.radius) - robot.radius)
+            math::min(
+                least,
+                footprint.distance_within(along, across, MAX_CLEARANCE + robot.radius) - robot.radius,
+            )
         })
     }
 
     /// Returns the clearance of the echoes after a turn (rad) and a drive (m).
     fn clearance(&self, footprint: &Footprint, angle: f64, way: f64) -> f64 {
         let (sine, cosine) = (math::sin(angle), math::cos(angle));
-        self.points().fold(REACH, |least, (x, y)| {
+        self.points().fold(MAX_CLEARANCE, |least, (x, y)| {
             let (along, across) = (cosine * x + sine * y - way, cosine * y - sine * x);
-            math::min(least, footprint.distance_within(along, across, REACH))
+            math::min(least, footprint.distance_within(along, across, MAX_CLEARANCE))
         })
     }
 
@@ -403,13 +407,13 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
     for side in [1.0, -1.0] {
         // Least clearance in the turn so far.
         let mut least = near;
-        for number in 0..=(std::f64::consts::PI / STEP) as u32 {
-            let angle = side * f64::from(number) * STEP;
+        for number in 0..=(std::f64::consts::PI / HEADING_STEP) as u32 {
+            let angle = side * f64::from(number) * HEADING_STEP;
             least = math::min(least, measured.clearance(footprint, angle, 0.0));
             if measured.turn_meets_robot(footprint, rules, angle) {
                 break;
             }
-            if least < math::min(0.5 * rules.min_clearance, near - SLACK) {
+            if least < math::min(0.5 * rules.min_clearance, near - CLEARANCE_TOLERANCE) {
                 break;
             }
             for part in [1.0, PART, -PART] {
@@ -441,14 +445,14 @@ fn drive_cost(
         return None;
     }
     let way = part * rules.drive_distance;
-    let mut end = REACH;
+    let mut end = MAX_CLEARANCE;
     for share in [0.25, 0.5, 0.75, 1.0] {
         end = measured.clearance(footprint, angle, share * way);
-        if end < math::min(rules.min_clearance, near - SLACK) {
+        if end < math::min(rules.min_clearance, near - CLEARANCE_TOLERANCE) {
             return None;
         }
     }
-    let missing = math::max(0.0, rules.min_clearance + AWAY - end);
+    let missing = math::max(0.0, rules.min_clearance + CLEARANCE_MARGIN - end);
     let short = if part < 1.0 { SHORT } else { 0.0 };
     let backward = if part < 0.0 { BACKWARD } else { 0.0 };
     Some(GAIN * missing + short + backward)

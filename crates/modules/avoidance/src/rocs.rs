@@ -21,9 +21,9 @@ pub struct Rocs {
     pub variant: RocsVariant,
 }
 
-/// Maximum range of detection, metres.
+/// Maximum range of detection, meters.
 const DETECTED: f64 = 0.3;
-/// Nearer than this counts in full, metres.
+/// Nearer than this counts in full, meters.
 const FULL: f64 = 0.1;
 /// Weights of the Pioneer's front sonars on the left wheel, and base velocity.
 /// Weights are from the left sonar to the right one, reversed for the right wheel; they are added to the velocity of

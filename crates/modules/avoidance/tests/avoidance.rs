@@ -138,7 +138,7 @@ fn a_free_way_is_left_to_the_planner() {
 }
 
 #[test]
-fn what_stands_beside_the_way_does_not_disturb() {
+fn obstacles_beside_the_path_do_not_disturb() {
     assert_eq!(settled(&scan(&[(0, 0.4), (15, 0.4), (7, 0.4), (8, 0.4)]), 3.0).1, Decision::Clear);
 }
 
@@ -183,7 +183,7 @@ fn without_scans_the_robot_stands_still() {
 }
 
 #[test]
-fn what_is_not_a_number_never_moves_the_robot() {
+fn nan_never_moves_the_robot() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     // With nothing around, so that any number would set it going.
     avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
@@ -202,7 +202,7 @@ fn what_is_not_a_number_never_moves_the_robot() {
 }
 
 #[test]
-fn whoever_stands_on_the_goal_is_waited_for() {
+fn robot_waits_for_occupied_goal() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     let goal = Point2 { x: 0.6, y: 0.0 };
     for tick in 0..100 {
@@ -343,7 +343,7 @@ fn a_robot_that_is_seen_is_avoided_as_it_moves() {
 }
 
 #[test]
-fn who_is_not_seen_any_more_is_forgotten() {
+fn undetected_robots_are_forgotten() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     let goal = Point2 { x: 3.0, y: 0.0 };
     avoider.set_others([Other { x: 0.7, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.0);
@@ -352,7 +352,7 @@ fn who_is_not_seen_any_more_is_forgotten() {
     avoider.set_others([], 0.2);
     avoider.update_map(HERE, &scan(&[]), &parameters, 0.2);
     assert_eq!(avoider.steer(HERE, goal, &parameters, 0.2), Decision::Clear);
-    // Nor is who cannot be where it is said to be.
+    // Nor is a robot with an impossible pose.
     avoider.set_others([Other { x: f64::NAN, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.4);
     avoider.update_map(HERE, &scan(&[]), &parameters, 0.4);
     assert_eq!(avoider.steer(HERE, goal, &parameters, 0.4), Decision::Clear);
@@ -378,7 +378,7 @@ fn a_safe_planned_twist_passes_and_an_unsafe_one_is_made_safe() {
 }
 
 #[test]
-fn who_knows_the_room_does_not_leave_it() {
+fn known_room_is_not_left() {
     let known = Parameters { room_half_width: Some(1.0), ..Parameters::default() };
     let there = |x: f64, linear: f64| {
         let mut avoider = Avoider::new(footprint());
@@ -395,7 +395,7 @@ fn who_knows_the_room_does_not_leave_it() {
 const HERE_POINT: Point2 = Point2 { x: 0.0, y: 0.0 };
 
 #[test]
-fn who_moves_needs_room_to_stop_whatever_is_planned() {
+fn moving_robot_needs_stopping_distance() {
     let heavy = Parameters {
         room_half_width: Some(1.0),
         sides: Some(Sides { track: 0.9, acceleration: 0.6 }),

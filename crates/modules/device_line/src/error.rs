@@ -6,7 +6,7 @@ use rustix::io::Errno;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
     /// Missing device.
-    #[error("{} is not there: is its cable plugged in?", .0.display())]
+    #[error("{} does not exist: is its cable plugged in?", .0.display())]
     Missing(PathBuf),
     /// No permission to open the device.
     #[error(
@@ -29,7 +29,7 @@ pub enum PortError {
         baud: u32,
     },
     /// Device removed while open.
-    #[error("{} is gone: was the cable pulled?", .0.display())]
+    #[error("{} was disconnected: was the cable pulled?", .0.display())]
     Gone(PathBuf),
     /// No connection to a host.
     #[error("no connection to {address}: {reason}; has the device power, and this address?")]

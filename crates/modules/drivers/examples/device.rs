@@ -53,7 +53,7 @@ fn main() {
             scanner.set_distances(|degree| 4000 + 20 * degree + 400 * (second % 20) as u16);
         }),
         DeviceKind::Gps => run(&arguments, SimulatedGps::default(), |receiver, second| {
-            // To the north at a metre per second; without a fix for ten seconds of each minute.
+            // To the north at a meter per second; without a fix for ten seconds of each minute.
             let latitude = 48.0 + second as f64 * 9e-6;
             let point = GeographicPoint { latitude, longitude: 11.0 };
             receiver.set_point((second % 60 < 50).then_some(point));

@@ -18,7 +18,7 @@
 //! laser = { kind = "laser_device" }
 //! ```
 //!
-//! Each driver is a parser of bytes, a [`Conversation`] without a line and without a clock, and a module in front of
+//! Each driver is a parser of bytes, a [`DeviceProtocol`] without a line and without a clock, and a module in front of
 //! both; [`simulated`] has the other ends of the conversations.
 
 pub mod devices;
@@ -35,7 +35,7 @@ mod status;
 
 use slate_mapek::SensorBlock;
 
-pub use driver::{Conversation, DeviceFault, DriverIo, DriverState};
+pub use driver::{DeviceFault, DeviceProtocol, DriverIo, DriverState};
 pub use status::DeviceStatus;
 
 slate_module::plugin!(

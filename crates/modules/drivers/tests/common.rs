@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use slate_device_line::simulated::{DeviceFirmware, SimulatedDevice, SimulatedLine};
-use slate_drivers::{Conversation, DeviceFault};
+use slate_drivers::{DeviceFault, DeviceProtocol};
 use slate_module::blackboard::Board;
 use slate_module::blackboard::interface::Value;
 use slate_runtime::configuration::{self, Configuration};
@@ -161,17 +161,17 @@ pub fn survives_a_pulled_cable<F: DeviceFirmware>(running: &Running, device: &Si
 
 /// A conversation and its device, in virtual time.
 pub struct Talk<C, F> {
-    pub conversation: C,
+    pub protocol: C,
     pub device: F,
     pub now: Duration,
 }
 
-impl<C: Conversation, F: DeviceFirmware> Talk<C, F>
+impl<C: DeviceProtocol, F: DeviceFirmware> Talk<C, F>
 where
     C::Value: Clone,
 {
-    pub fn new(conversation: C, device: F) -> Self {
-        Self { conversation, device, now: Duration::ZERO }
+    pub fn new(protocol: C, device: F) -> Self {
+        Self { protocol, device, now: Duration::ZERO }
     }
 
     /// Lets time pass in steps of a millisecond; what the device says comes in pieces of at most `piece` bytes.
@@ -179,7 +179,7 @@ where
         let (mut values, mut outgoing) = (Vec::new(), Vec::new());
         if self.now.is_zero() {
             self.device.open();
-            self.conversation.begin(self.now, &mut outgoing);
+            self.protocol.begin(self.now, &mut outgoing);
         }
         let end = self.now + time;
         while self.now < end {
@@ -189,10 +189,10 @@ where
             let mut incoming = Vec::new();
             self.device.advance(self.now, &mut incoming);
             for piece in incoming.chunks(piece) {
-                self.conversation
+                self.protocol
                     .receive(piece, self.now, &mut outgoing, &mut |value| values.push(value.clone()));
             }
-            self.conversation.poll(self.now, &mut outgoing)?;
+            self.protocol.poll(self.now, &mut outgoing)?;
         }
         Ok(values)
     }

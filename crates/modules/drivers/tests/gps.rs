@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 use slate_device_line::simulated::Faults;
-use slate_drivers::Conversation;
+use slate_drivers::DeviceProtocol;
 use slate_drivers::gps::message::{GeographicPoint, GpsMessage};
 use slate_drivers::gps::session::{GpsOptions, GpsSession};
 use slate_drivers::sentence::{LONGEST, SentenceDecoder, append};
@@ -24,7 +24,7 @@ fn receiver() -> SimulatedGps {
 const HOME: GeographicPoint = GeographicPoint { latitude: -33.856_784_4, longitude: -151.215_296_7 };
 
 #[test]
-fn gps_fix_arrives_as_sent_and_its_loss_is_told() {
+fn gps_fix_arrives_as_sent_and_loss_is_reported() {
     let mut receiver = receiver();
     receiver.set_point(Some(HOME));
     receiver.set_quality(4);
@@ -114,7 +114,7 @@ fn gps_with_rmc_alone_has_fixes_without_height() {
     session.receive(&bytes, Duration::ZERO, &mut Vec::new(), &mut |fix| fixes.push(*fix));
     assert_eq!([fixes[0].status, fixes[1].status], [FixStatus::FIX, FixStatus::NO_FIX]);
     assert!(fixes[0].altitude.is_nan() && fixes[1].latitude.is_nan());
-    assert!(session.complaint().is_some());
+    assert!(session.device_error().is_some());
 }
 
 proptest! {

@@ -26,17 +26,17 @@ fn scanner() -> SimulatedHokuyo {
 
 const OPTIONS: HokuyoOptions = HokuyoOptions { angle_min: -3.2, angle_max: 3.2, cluster: 1, skip: 0 };
 
-fn metres(step: u16) -> f32 {
+fn meters(step: u16) -> f32 {
     let distance = distance(step);
     if distance < 23 { f32::INFINITY } else { distance as f32 / 1000.0 }
 }
 
-/// Every range as it was sent, to the millimetre.
+/// Every range as it was sent, to the millimeter.
 fn assert_scan(running: &Running) {
     let ranges = running.numbers("scan/ranges");
     assert_eq!(ranges.len(), 1081);
     for (step, range) in (0..).zip(ranges) {
-        let sent = f64::from(metres(step));
+        let sent = f64::from(meters(step));
         // The board's text of an infinite number is no number.
         assert!(
             (range - sent).abs() < 5e-4 || sent.is_infinite() && !range.is_finite(),
@@ -142,7 +142,7 @@ fn hokuyo_session_takes_a_part_of_the_circle_in_clusters() {
     assert!((sweep.angle_min - (first + 1.5 * increment)).abs() < 1e-12);
     assert!((sweep.angle_increment - 4.0 * increment).abs() < 1e-12);
     let shortest =
-        (426..430).map(metres).fold(f32::INFINITY, |least, range| if range < least { range } else { least });
+        (426..430).map(meters).fold(f32::INFINITY, |least, range| if range < least { range } else { least });
     assert_eq!(sweep.ranges[0], shortest);
 }
 
@@ -254,9 +254,9 @@ proptest! {
     ) {
         let mut session = HokuyoSession::new(OPTIONS);
         let mut outgoing = Vec::new();
-        slate_drivers::Conversation::begin(&mut session, Duration::ZERO, &mut outgoing);
+        slate_drivers::DeviceProtocol::begin(&mut session, Duration::ZERO, &mut outgoing);
         for piece in bytes.chunks(cut) {
-            slate_drivers::Conversation::receive(&mut session, piece, Duration::ZERO, &mut outgoing, &mut |_| ());
+            slate_drivers::DeviceProtocol::receive(&mut session, piece, Duration::ZERO, &mut outgoing, &mut |_| ());
         }
     }
 }

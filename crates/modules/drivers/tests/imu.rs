@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 use slate_device_line::simulated::Faults;
-use slate_drivers::Conversation;
+use slate_drivers::DeviceProtocol;
 use slate_drivers::imu::message::VectorNavMessage;
 use slate_drivers::imu::session::{ImuOptions, ImuSession};
 use slate_drivers::simulated::SimulatedImu;
@@ -87,12 +87,16 @@ fn imu_orientation_is_that_of_robots() {
 }
 
 #[test]
-fn imu_errors_are_told_in_words() {
+fn imu_errors_are_reported_in_words() {
     let mut session = ImuSession::new(OPTIONS);
     let mut bytes = Vec::new();
     slate_drivers::sentence::append("VNERR,0C", &mut bytes);
     session.receive(&bytes, Duration::ZERO, &mut Vec::new(), &mut |_| ());
-    assert!(session.complaint().is_some_and(|complaint| complaint.contains("raise the sensor's baud rate")));
+    assert!(
+        session
+            .device_error()
+            .is_some_and(|device_error| device_error.contains("raise the sensor's baud rate"))
+    );
     assert!(refusal("vector_nav", "params.rate = 60").contains("expected one of 1, 2, 4"));
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
-use slate_drivers::Conversation;
+use slate_drivers::DeviceProtocol;
 use slate_drivers::joystick::event::{JoystickChange, JoystickEvent};
 use slate_drivers::joystick::session::JoystickSession;
 use slate_drivers::joystick::{JoystickTeleop, JoystickWheels};
@@ -26,7 +26,7 @@ fn joystick_state_arrives_and_survives_a_pulled_cable() {
     });
     running.until("a button", || running.numbers("joy/buttons").get(4) == Some(&1.0));
     running.until("an axis", || running.numbers("joy/axes")[..2] == [0.0, 1.0]);
-    // Nobody moves it, and it is published all the same.
+    // It is not moved, and still published.
     let before = running.number("status/arrival");
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(running.number("status/arrival"), before);
@@ -63,7 +63,7 @@ fn joystick_drives_through_the_gate_until_it_is_pulled_out() {
 fn joystick_that_is_none_is_refused() {
     assert!(refusal("joystick", "params.device = \"js0\"").contains("expected a device"));
     let running = Running::new("joystick", "/dev/input/slate-no-joystick", "");
-    running.until_text("is not there");
+    running.until_text("does not exist");
 }
 
 #[test]

@@ -10,11 +10,11 @@ use slate_drivers::rplidar::packet::{
 };
 use slate_drivers::rplidar::session::{RplidarOptions, RplidarSession};
 use slate_drivers::simulated::SimulatedRplidar;
-use slate_drivers::{Conversation, DeviceFault};
+use slate_drivers::{DeviceFault, DeviceProtocol};
 
 use crate::common::{Running, Talk, at_terminal, refusal, survives_a_pulled_cable};
 
-/// A distance of its own for each degree, quarters of a millimetre; none at every 50th.
+/// A distance of its own for each degree, quarters of a millimeter; none at every 50th.
 fn distance(degree: u16) -> u16 {
     if degree % 50 == 3 { 0 } else { 1000 + degree * 110 }
 }
@@ -28,7 +28,7 @@ fn scanner() -> SimulatedRplidar {
 const OPTIONS: RplidarOptions = RplidarOptions { beams: 360, range_min: 0.15, range_max: 12.0, motor: 660 };
 
 /// Range of a beam, of which the first looks back and the others follow counter-clockwise.
-fn metres(beam: usize) -> f64 {
+fn meters(beam: usize) -> f64 {
     let degree = (540 - beam) % 360;
     let distance = distance(degree as u16);
     if distance == 0 { f64::INFINITY } else { f64::from(distance) / 4000.0 }
@@ -41,7 +41,7 @@ fn rplidar_scan_arrives_as_sent() {
     let ranges = running.numbers("scan/ranges");
     assert_eq!(ranges.len(), 360);
     for (beam, range) in ranges.into_iter().enumerate() {
-        let sent = metres(beam);
+        let sent = meters(beam);
         assert!(
             (range - sent).abs() < 5e-4 || sent.is_infinite() && !range.is_finite(),
             "{beam}: {range} of {sent}"
@@ -78,7 +78,7 @@ fn rplidar_that_warns_of_itself_measures_on() {
     device.set_health(1, 9);
     let mut talk = Talk::new(RplidarSession::new(OPTIONS), device);
     assert!(talk.pass(Duration::from_millis(500), 3).unwrap().len() > 2);
-    assert!(talk.conversation.complaint().is_some_and(|complaint| complaint.contains("0x0009")));
+    assert!(talk.protocol.device_error().is_some_and(|device_error| device_error.contains("0x0009")));
     talk.device.set_health(2, 9);
     let mut again = Talk::new(RplidarSession::new(OPTIONS), talk.device);
     assert!(matches!(again.pass(Duration::from_secs(1), 3), Err(DeviceFault::Refused(_))));
@@ -166,6 +166,6 @@ proptest! {
         while let Some((_, used)) = RplidarRequest::parse(&outgoing) {
             outgoing.drain(..used);
         }
-        prop_assert!(outgoing.is_empty(), "it says what is no request");
+        prop_assert!(outgoing.is_empty(), "it shows what is no request");
     }
 }

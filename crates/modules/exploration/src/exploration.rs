@@ -112,7 +112,7 @@ impl Exploration {
     /// `None` if no reachable frontier is left.
     ///
     /// `costs` has the cells of the map: where its middle may be, and at what cost. A robot in an impassable cell, such as
-    /// one too near a wall, starts at the nearest passable one; without one within a metre it reaches nothing.
+    /// one too near a wall, starts at the nearest passable one; without one within a meter it reaches nothing.
     pub fn next_goal(
         &mut self,
         map: &OccupancyMap,

@@ -172,7 +172,7 @@ impl FrontierExplorerState {
         let known = self.map.get_or_insert_with(|| OccupancyMap { geometry, cells: Vec::new() });
         known.geometry = geometry;
         known.cells.clear();
-        // What a mapper has seen a few times is between free and unknown, and would hide the frontier.
+        // Cells with few observations are between free and unknown, and would hide the frontier.
         let threshold = i8::try_from(params.free_threshold).unwrap_or(FREE);
         let as_free = |cell: &i8| if (FREE..=threshold).contains(cell) { FREE } else { *cell };
         known.cells.extend(map.data.iter().map(as_free));
@@ -190,7 +190,7 @@ impl FrontierExplorerState {
         Some(())
     }
 
-    /// Chooses a goal, after the goals not reached went on the blacklist.
+    /// Chooses a goal, after unreached goals were put on the blacklist.
     fn choose(
         &mut self,
         robot: GridCell,

@@ -53,17 +53,17 @@ impl FrontierDetector {
         }
         for cell in 0..map.cells.len() {
             if std::mem::replace(&mut self.seen[cell], map.cells[cell]) != map.cells[cell] {
-                self.look_at(map, cell);
-                for near in neighbours(size, cell) {
-                    self.look_at(map, near);
+                self.visit(map, cell);
+                for near in neighbors(size, cell) {
+                    self.visit(map, near);
                 }
             }
         }
     }
 
-    fn look_at(&mut self, map: &OccupancyMap, cell: usize) {
+    fn visit(&mut self, map: &OccupancyMap, cell: usize) {
         let is_frontier = is_free(map.cells[cell])
-            && neighbours(self.size, cell).any(|near| map.cells[near] == UNKNOWN_CELL);
+            && neighbors(self.size, cell).any(|near| map.cells[near] == UNKNOWN_CELL);
         if is_frontier {
             self.frontier_cells.insert(cell);
         } else {
@@ -102,7 +102,7 @@ pub(crate) fn is_free(occupancy: i8) -> bool {
 }
 
 /// Cells beside one, at its sides.
-fn neighbours(size: [usize; 2], cell: usize) -> impl Iterator<Item = usize> {
+fn neighbors(size: [usize; 2], cell: usize) -> impl Iterator<Item = usize> {
     offsets(size, cell, [(1, 0), (0, 1), (-1, 0), (0, -1)])
 }
 

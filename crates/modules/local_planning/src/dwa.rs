@@ -337,10 +337,10 @@ impl Dwa {
         dearest = math::max(dearest, self.cost(&pose, field)?);
         let center = field.center();
         let cell = field.cell_of((pose.x - center[0]) as f32, (pose.y - center[1]) as f32)?;
-        let metres = |steps: u32| f64::from(steps) * field.resolution();
+        let meters = |steps: u32| f64::from(steps) * field.resolution();
         Some(
-            parameters.pdist_scale * metres(self.to_path.steps(cell)?)
-                + parameters.gdist_scale * metres(self.to_goal.steps(cell)?)
+            parameters.pdist_scale * meters(self.to_path.steps(cell)?)
+                + parameters.gdist_scale * meters(self.to_goal.steps(cell)?)
                 + parameters.occdist_scale * dearest,
         )
     }

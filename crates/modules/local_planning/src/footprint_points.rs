@@ -11,7 +11,7 @@ const MOST_POINTS: f64 = 10_000.0;
 
 /// Tolerance of contact points at the start, m.
 /// A point that may touch is free there within it.
-const SLACK: f32 = 1e-3;
+const CONTACT_TOLERANCE: f32 = 1e-3;
 
 /// Points and circles of a footprint, for lookups in a distance field.
 /// The points are on its outline.
@@ -19,7 +19,7 @@ const SLACK: f32 = 1e-3;
 pub struct FootprintPoints {
     corners: Vec<[f64; 2]>,
     points: Vec<[f32; 2]>,
-    /// Largest distance between neighbouring points, m.
+    /// Largest distance between neighboring points, m.
     spacing: f64,
     /// Allowance of each point, added to its distances, m.
     allowances: Vec<f32>,
@@ -63,7 +63,7 @@ impl FootprintPoints {
     pub(crate) fn allow(&mut self, field: &FieldLookup<'_>, at: [f32; 2], heading: [f32; 2], touch: f32) {
         for (point, allowance) in self.points.iter().zip(&mut self.allowances) {
             let distance = distance_at(field, *point, at, heading);
-            *allowance = if distance <= touch { touch - distance + SLACK } else { 0.0 };
+            *allowance = if distance <= touch { touch - distance + CONTACT_TOLERANCE } else { 0.0 };
         }
     }
 

@@ -5,7 +5,7 @@ use slate_grid::{DistanceTransform, Geometry};
 use crate::error::LocalPlanningError;
 
 /// Distance where no obstacle is near, m.
-pub(crate) const FAR: f32 = 1e3;
+pub(crate) const MAX_DISTANCE: f32 = 1e3;
 /// Largest number of cells.
 const MOST_CELLS: usize = 1 << 20;
 
@@ -41,12 +41,12 @@ impl ObstacleField {
             side,
             center: [0.0, 0.0],
             is_occupied: vec![false; side * side],
-            distances: vec![FAR; side * side],
+            distances: vec![MAX_DISTANCE; side * side],
             transform: DistanceTransform::default(),
         })
     }
 
-    /// Centres the window on a point, and fills it from points on obstacles.
+    /// Centers the window on a point, and fills it from points on obstacles.
     /// Points outside of it, or invalid ones, are left out. A window around an invalid point is empty, and no planner
     /// plans in it.
     pub fn update(&mut self, center: [f64; 2], obstacles: impl Iterator<Item = [f64; 2]>) {
@@ -69,7 +69,7 @@ impl ObstacleField {
             }
         }
         if is_empty {
-            self.distances.fill(FAR);
+            self.distances.fill(MAX_DISTANCE);
             return;
         }
         let occupied = &self.is_occupied;
@@ -162,9 +162,9 @@ impl FieldLookup<'_> {
         if column >= 0.0 && row >= 0.0 && column < self.cells && row < self.cells {
             // Within the side, so the index fits.
             let cell = (row as u32).wrapping_mul(self.side as u32).wrapping_add(column as u32);
-            self.distances.get(cell as usize).copied().unwrap_or(FAR)
+            self.distances.get(cell as usize).copied().unwrap_or(MAX_DISTANCE)
         } else {
-            FAR
+            MAX_DISTANCE
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Wavefronts on a grid.
 
 /// Wavefront: steps from a set of cells to each cell of a grid.
-/// Four neighbours, round obstacles (NF1: Latombe, 1991, *Robot Motion Planning*, section 7.2).
+/// Four neighbors, round obstacles (NF1: Latombe, 1991, *Robot Motion Planning*, section 7.2).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GridWavefront {
     /// Steps to each cell; [`u32::MAX`] where no step leads.

@@ -140,7 +140,7 @@ fn the_same_seed_gives_the_same_velocities() {
 }
 
 #[test]
-fn what_is_no_number_or_no_path_gives_no_velocity() {
+fn nan_or_missing_path_gives_no_velocity() {
     let mut planner = planner(small());
     let field = ObstacleField::new(4.0, 0.05).unwrap();
     let path = line([0.0, 0.0], [2.0, 0.0]);

@@ -110,7 +110,7 @@ impl PoseBins {
 
 fn key(pose: &Pose2) -> [i64; 3] {
     let heading = ((pose.theta + PI) / (2.0 * PI) * HEADINGS as f64).floor() as i64;
-    // Neighbours of the farthest one are numbers, too.
+    // Neighbors of the farthest one are numbers, too.
     let part = |length: f64| ((length / POSITION).floor() as i64).clamp(-FARTHEST, FARTHEST);
     [part(pose.x), part(pose.y), heading.rem_euclid(HEADINGS)]
 }

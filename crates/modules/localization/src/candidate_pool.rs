@@ -15,7 +15,7 @@ pub(crate) struct CandidatePool {
 }
 
 /// Exponent that flattens a candidate's likelihood.
-/// A candidate is some decimetres and degrees from the pose that it stands for, so that its likelihood overstates the
+/// A candidate is some decimeters and degrees from the pose that it stands for, so that its likelihood overstates the
 /// information of a scan.
 const TEMPER: f64 = 0.25;
 /// Number of beams in the first comparison, and candidates per one compared fully.

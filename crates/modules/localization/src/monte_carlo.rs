@@ -19,7 +19,7 @@ use crate::particles::{effective_number, normalize, parts as particle_parts};
 /// selective resampling and beam skipping.
 ///
 /// Until it is [initialized](Self::initialize) somewhere or [anywhere](Self::initialize_globally), the pose is
-/// unknown. It is plain data: a filter that is saved and restored goes on with the same bits.
+/// unknown. It is plain data: a filter that is saved and restored continues with the same bits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MonteCarloLocalization {
     parameters: MonteCarloParameters,
@@ -138,7 +138,7 @@ impl MonteCarloLocalization {
     }
 
     /// Returns the particles, with weights that sum up to 1.
-    /// It is empty while the pose is unknown. They are of the newest update, as the [estimate](Self::estimate) goes on
+    /// It is empty while the pose is unknown. They are of the newest update, as the [estimate](Self::estimate) continues
     /// by the odometry in between.
     pub fn particles(&self) -> &[Particle] {
         &self.particles

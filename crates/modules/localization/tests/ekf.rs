@@ -173,7 +173,7 @@ fn landmarks_bound_the_drift() {
 }
 
 #[test]
-fn satellite_fixes_are_metres_from_the_first() {
+fn satellite_fixes_are_meters_from_the_first() {
     let mut scene = Scene::new(in_map());
     scene.run(400, |scene| {
         scene.set_odometry();

@@ -67,7 +67,7 @@ fn file(name: &str) -> String {
 }
 
 #[test]
-fn a_map_is_saved_when_somebody_asks() {
+fn map_is_saved_on_request() {
     let (mut saver, file) = (saver(""), file("asked.yaml"));
     assert_eq!(saver.tick(), Outcome::Ok);
     saver.push("save_map", SaveMap { file: Text::new(&file) });

@@ -273,7 +273,7 @@ fn invalid_parameters_are_refused_by_name() {
 }
 
 #[test]
-fn fixes_are_metres_east_and_north() {
+fn fixes_are_meters_east_and_north() {
     // A degree of latitude at 50 degrees is 111,229 m, and one of longitude 71,696 m, in WGS 84.
     let plane = TangentPlane::new(50.0, 7.0).unwrap();
     let [east, north] = plane.project(50.001, 7.001);

@@ -6,7 +6,7 @@ use slate_interfaces::{MapMark, MapStroke, Point2};
 use slate_module::math;
 
 /// Limits: strokes of a map, and points of a stroke.
-const MOST: usize = 256;
+const MAX_STROKES: usize = 256;
 const POINTS: usize = 32;
 
 /// Value of a cell without paint.
@@ -35,7 +35,7 @@ struct Stroke {
 impl Painting {
     /// Reserves memory for all strokes on a map, so that none of them allocates.
     pub fn reserve(&mut self, geometry: &Geometry) {
-        self.strokes.reserve_exact(MOST - self.strokes.len().min(MOST));
+        self.strokes.reserve_exact(MAX_STROKES - self.strokes.len().min(MAX_STROKES));
         self.cells.reserve_exact(geometry.cells() - self.cells.len().min(geometry.cells()));
     }
 
@@ -56,7 +56,7 @@ impl Painting {
         if !is_fit || stroke.points.is_empty() || !stroke.points.iter().all(is_number) {
             return Err(MapStroke::NOWHERE);
         }
-        if self.strokes.len() >= MOST {
+        if self.strokes.len() >= MAX_STROKES {
             return Err(MapStroke::FULL);
         }
         let mut points = [(0.0, 0.0); POINTS];
@@ -194,7 +194,7 @@ mod tests {
         assert!(refused(0.1, &[]) && refused(0.0, &[(1.0, 1.0)]) && refused(f64::NAN, &[(1.0, 1.0)]));
         assert!(refused(0.1, &[(f64::INFINITY, 1.0)]));
         assert_eq!(painting.add(&stroke(MapMark(9), 0.1, &[(1.0, 1.0)])), Err(MapStroke::NOWHERE));
-        for _ in 0..MOST {
+        for _ in 0..MAX_STROKES {
             painting.add(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)])).unwrap();
         }
         let one_more = painting.add(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)]));

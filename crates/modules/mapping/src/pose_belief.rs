@@ -42,7 +42,7 @@ impl PoseBelief {
         true
     }
 
-    /// Updates by a position, x and y in metres, with its standard deviation.
+    /// Updates by a position, x and y in meters, with its standard deviation.
     /// 0 for an exact one.
     ///
     /// Returns false, without an update, for an outlier, which is more than `gate` standard deviations of the innovation from the

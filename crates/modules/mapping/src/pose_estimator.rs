@@ -33,7 +33,7 @@ pub struct PoseEstimatorParams {
     start_heading_stddev: f64,
     #[param(default = 0.05, range = 0.0..=10.0, unit = "m/sqrt(m)", doc = "odometry's translation along the path; half as much across")]
     odometry_translation_stddev: f64,
-    #[param(default = 0.05, range = 0.0..=3.2, unit = "rad/sqrt(m)", doc = "odometry's rotation by a metre, or a radian")]
+    #[param(default = 0.05, range = 0.0..=3.2, unit = "rad/sqrt(m)", doc = "odometry's rotation by a meter, or a radian")]
     odometry_rotation_stddev: f64,
     #[param(default = 0.05, range = 0.0001..=100.0, unit = "m", doc = "x and y of the positioning system")]
     position_stddev: f64,

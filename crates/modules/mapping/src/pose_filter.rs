@@ -15,9 +15,9 @@ pub struct PoseFilter {
 /// Standard deviations of the odometry; they grow with the root of the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryNoise {
-    /// Translation along the path after a metre, metres; half as much across.
+    /// Translation along the path after a meter, meters; half as much across.
     pub translation_stddev: f64,
-    /// Rotation after a metre or a radian, radians.
+    /// Rotation after a meter or a radian, radians.
     pub rotation_stddev: f64,
 }
 

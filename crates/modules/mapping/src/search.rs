@@ -35,7 +35,7 @@ impl Search {
         self.cost.resize(geometry.cells(), u32::MAX);
         self.predecessor.clear();
         self.predecessor.resize(geometry.cells(), NONE);
-        // The heuristic is consistent, so each cell is expanded once, to eight neighbours.
+        // The heuristic is consistent, so each cell is expanded once, to eight neighbors.
         self.open.clear();
         self.open.reserve(8 * geometry.cells());
         self.path.clear();
@@ -61,8 +61,8 @@ impl Search {
                 continue;
             }
             let (column, row) = place(here);
-            let neighbours = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
-            for (across, up) in neighbours {
+            let neighbors = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+            for (across, up) in neighbors {
                 let (Some(column), Some(row)) =
                     (column.checked_add_signed(across), row.checked_add_signed(up))
                 else {

@@ -35,7 +35,7 @@ fn odometry_alone_lets_the_covariance_grow_most_across() {
         assert!(now.0 >= last.0 && now.1 >= last.1, "{last:?} {now:?}");
         last = now;
     }
-    // A small heading error is a large lateral error after two metres.
+    // A small heading error is a large lateral error after two meters.
     assert!(last.1 > 2.0 * last.0, "{last:?}");
 }
 
@@ -129,7 +129,7 @@ proptest! {
     }
 }
 
-/// A mapper of ten by ten metres about the origin, whose robot looks to the east from there.
+/// A mapper of ten by ten meters about the origin, whose robot looks to the east from there.
 fn mapper() -> Fixture<AnalyzeBlock<OccupancyMapper>> {
     let mut mapper = Fixture::<AnalyzeBlock<OccupancyMapper>>::new();
     mapper.set("pose", Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
@@ -174,7 +174,7 @@ fn at(map: &OccupancyGrid, x: f64, y: f64) -> i8 {
     map.data[cell(map.origin.y, y) * map.width as usize + cell(map.origin.x, x)]
 }
 
-/// A wall two metres to the east.
+/// A wall two meters to the east.
 fn wall(direction: f64) -> f64 {
     let range = 2.02 / math::cos(direction);
     if range > 0.0 && range < 4.0 { range } else { 4.0 }
@@ -198,7 +198,7 @@ fn a_wall_is_occupied_before_it_free_behind_it_unknown() {
 #[test]
 fn scans_are_taken_from_where_the_robot_model_has_the_laser() {
     let mut mapper = mapper();
-    // Half a metre ahead of the robot and turned to its left.
+    // Half a meter ahead of the robot and turned to its left.
     let mount = Pose2 { x: 0.5, y: 0.0, theta: std::f64::consts::FRAC_PI_2 };
     mapper.set("robot", robot_with("laser", mount));
     for _ in 0..10 {
@@ -253,7 +253,7 @@ fn strokes_override_measured_cells_until_they_are_undone() {
     look(&mapper, |map| assert!(at(map, 1.0, 0.3) < 30 && at(map, 2.02, 0.0) > 90));
 }
 
-/// A room of six by six metres with a wall across it, which has a door, at those y.
+/// A room of six by six meters with a wall across it, which has a door, at those y.
 fn plan(door: std::ops::Range<f64>, goal: Point2) -> Fixture<AnalyzeBlock<PathPlanner>> {
     let mut planner = Fixture::<AnalyzeBlock<PathPlanner>>::new();
     planner.write::<OccupancyGrid>("map", 3600, |map| {

@@ -50,7 +50,7 @@ pub struct CollisionStop;
 /// Duration of a stop unless it is renewed, s.
 const HALT: f64 = 0.25;
 /// Time between two poses that are checked, s.
-const STEP: f64 = 0.1;
+const TIME_STEP: f64 = 0.1;
 /// Velocities below which the robot counts as stopped, m/s and rad/s.
 const STANDING: [f64; 2] = [0.02, 0.05];
 /// Name of the laser in a robot model.
@@ -100,7 +100,7 @@ fn collides(
 ) -> bool {
     let mount = PlanarTransform::of(mount);
     let margin = rules.collision_distance;
-    let steps = (rules.time_before_collision / STEP).ceil() as u32;
+    let steps = (rules.time_before_collision / TIME_STEP).ceil() as u32;
     // No point that is farther comes near in that time.
     let radius = footprint.outline().fold(0.0, |most, [x, y]| math::max(most, math::hypot(x, y)));
     let reach = twist.linear.abs() * rules.time_before_collision + radius + margin;
@@ -116,7 +116,7 @@ fn collides(
     let is_hit = |[x, y]: &[f64; 2]| {
         let now = footprint.distance(*x, *y);
         (1..=steps).any(|step| {
-            let time = math::min(f64::from(step) * STEP, rules.time_before_collision);
+            let time = math::min(f64::from(step) * TIME_STEP, rules.time_before_collision);
             let [x, y] = PlanarTransform::of(&pose_after(twist, time)).inverse_point([*x, *y]);
             let then = footprint.distance(x, y);
             // Points that are already too near may get farther away.

@@ -60,7 +60,7 @@ pub struct GlobalCostmapParams {
     cost_scaling_factor: f64,
     #[param(default = 4.0, range = 0.0..=100.0, unit = "m", doc = "distance from the robot up to which seen obstacles count")]
     obstacle_max_range: f64,
-    #[param(default = Sequence::default(), doc = "rectangles that the robot keeps out of, metres")]
+    #[param(default = Sequence::default(), doc = "rectangles that the robot keeps out of, meters")]
     keep_out_zones: Sequence<KeepOutZone, 8>,
 }
 

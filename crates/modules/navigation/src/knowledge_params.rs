@@ -34,7 +34,7 @@ pub struct NavigationKnowledgeParams {
     pub robot_sensor: Text<28>,
     #[param(default = Sequence::default(), doc = "places of the first mission, by their names in the navigation graph")]
     pub places: Sequence<PlaceName, 16>,
-    #[param(default = Sequence::default(), doc = "points of the first mission, if it has no places, metres")]
+    #[param(default = Sequence::default(), doc = "points of the first mission, if it has no places, meters")]
     pub goals: Sequence<Point2, 16>,
     #[param(default = false, doc = "repeat the mission from its first goal")]
     pub is_loop: Bool,

@@ -127,7 +127,7 @@ impl fmt::Display for ObstacleFault {
         f.write_str(match self {
             Self::NoScan => "`scan` has no value yet",
             Self::StoppedScan => "`scan` has stopped",
-            Self::InvalidScan => "`scan` is invalid: no beams, or half of its numbers are none",
+            Self::InvalidScan => "`scan` is invalid: no beams, or half of its numbers are NaN",
             Self::NoOdometry => "`odometry` is missing, old or no number",
             Self::NoMount => "`laser` is a sensor that the robot model lacks",
         })

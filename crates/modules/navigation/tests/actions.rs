@@ -139,7 +139,7 @@ fn an_action_goes_on_after_a_restart_as_without_one() {
 }
 
 #[test]
-fn docking_ends_within_two_centimetres_and_two_degrees() {
+fn docking_ends_within_two_centimeters_and_two_degrees() {
     for (y, theta) in [(0.05, 0.1), (-0.1, -0.15)] {
         let mut scene = Scene::new(Pose2 { x: 0.0, y, theta }, &[]);
         scene.request(Dock::request(DockArguments { x: 0.8, y: 0.0, theta: 0.0, speed: 0.1 }));

@@ -74,7 +74,7 @@ fn a_scan_or_a_velocity_that_stopped_stops_the_robot() {
             );
             assert!(!scene.ticks());
         }
-        // The laser has stopped after half a second; the odometry goes on.
+        // The laser has stopped after half a second; the odometry continues.
         if input == "odometry" {
             assert!(!scene.stops(0.5, 0.0, 3.0));
         }

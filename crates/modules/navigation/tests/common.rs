@@ -94,7 +94,7 @@ impl Scene {
         }
     }
 
-    /// A copy that goes on from here with the saved state alone.
+    /// A copy that continues from here with the saved state alone.
     pub fn resumed(&self) -> Self {
         let mut execute = Fixture::new();
         execute.set("controller", settings());

@@ -30,7 +30,7 @@ fn points(block: &Fixture<AnalyzeBlock<LocalCostmap>>) -> Vec<Point2> {
 }
 
 #[test]
-fn what_is_behind_the_robot_is_kept_for_a_time() {
+fn obstacles_behind_the_robot_are_kept_for_a_time() {
     let mut block = Fixture::<AnalyzeBlock<LocalCostmap>>::new();
     look(&mut block, 2.0, 0.0);
     assert_eq!(points(&block).len(), BEAMS);
@@ -49,7 +49,7 @@ fn what_is_behind_the_robot_is_kept_for_a_time() {
 }
 
 #[test]
-fn what_a_scan_sees_through_is_cleared() {
+fn scan_clears_cells_along_its_beams() {
     let mut block = Fixture::<AnalyzeBlock<LocalCostmap>>::new();
     look(&mut block, 1.0, 0.0);
     look(&mut block, 2.0, 0.0);

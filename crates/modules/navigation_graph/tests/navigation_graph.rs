@@ -116,7 +116,7 @@ fn nodes_are_connected_as_their_insert_mode_says() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_line() {
+fn errors_name_their_line() {
     let replaced = |from: &str, to: &str| refused(&FILE.replace(from, to));
     assert_eq!(replaced("graph-name: home\n", ""), "line 4: `graph-name` is missing");
     assert_eq!(replaced("pos: [4, 0]", "pos: [4]"), "line 14: 1 numbers: expected pos: [x, y]");

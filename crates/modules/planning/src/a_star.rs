@@ -41,7 +41,7 @@ impl AStar {
         let away =
             |cell: GridCell| (cell.column as i32 - goal.column as i32, cell.row as i32 - goal.row as i32);
         let (columns, rows) = away(start);
-        // The heuristic is consistent: the priority of a neighbour is at most that of a step there and back higher.
+        // The heuristic is consistent: the priority of a neighbor is at most that of a step there and back higher.
         let span = SQRT_2 * (grid.largest_factor() + 1.0);
         self.open.clear(grid.cells(), octile(columns, rows), span);
         self.nodes[from as usize] = SearchNode { cost: 0.0, predecessor: from, search: self.searches };

@@ -8,7 +8,7 @@ use crate::grid_path::GridPath;
 use crate::neighbors::for_each_step;
 
 /// Costs of the cheapest paths from one cell to every other (Dijkstra).
-/// Steps to eight neighbours cut no corner (Dijkstra, 1959, *A note on two problems in connexion with graphs*).
+/// Steps to eight neighbors cut no corner (Dijkstra, 1959, *A note on two problems in connexion with graphs*).
 #[derive(Clone, Debug, Default)]
 pub struct CostField {
     nodes: Vec<FieldNode>,

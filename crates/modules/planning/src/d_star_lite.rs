@@ -41,7 +41,7 @@ pub struct DStarLite {
     path: GridPath,
 }
 
-/// Cost to the goal, and that by the best neighbour (one-step lookahead).
+/// Cost to the goal, and that by the best neighbor (one-step lookahead).
 #[derive(Clone, Copy, Debug)]
 struct RepairNode {
     cost: f64,
@@ -100,7 +100,7 @@ impl DStarLite {
             return;
         }
         self.grid.set(cell, cost);
-        // Steps from the neighbours lead there, and diagonal ones between them past it.
+        // Steps from the neighbors lead there, and diagonal ones between them past it.
         let here = self.grid.index(cell);
         let stride = self.grid.stride();
         for middle in [here - stride, here, here + stride] {
@@ -187,7 +187,7 @@ impl DStarLite {
 
     /// Follows the cheapest steps to the goal.
     /// It reuses the path of the last plan as far as it is valid. Returns a cell whose cost is inconsistent with its
-    /// neighbours, as no path goes on from there.
+    /// neighbors, as no path continues from there.
     fn follow(&mut self) -> Option<u32> {
         if self.nodes[self.start as usize].lookahead == f64::INFINITY || !self.grid.is_open(self.start) {
             self.path_cells.clear();
@@ -231,7 +231,7 @@ impl DStarLite {
         }
     }
 
-    /// Returns the cost to the goal by that neighbour, if there is a step to it.
+    /// Returns the cost to the goal by that neighbor, if there is a step to it.
     fn through(&self, here: u32, next: u32) -> Option<f64> {
         let stride = self.grid.stride();
         let columns = (next % stride) as i32 - (here % stride) as i32;
@@ -302,7 +302,7 @@ impl DStarLite {
         self.update(cell);
     }
 
-    /// Queues the cell if it is inconsistent with its neighbours.
+    /// Queues the cell if it is inconsistent with its neighbors.
     fn update(&mut self, cell: u32) {
         let node = self.nodes[cell as usize];
         if node.cost == node.lookahead {

@@ -6,7 +6,7 @@ use slate_module::math;
 use crate::steering_path::{PathPenalties, SteeringPath, SteeringPosition, normalized, positive};
 
 /// Returns the shortest path of a forward-only robot (Dubins curve).
-/// The smallest turning radius is in metres (Dubins, 1957, *On curves of minimal length with a constraint on average
+/// The smallest turning radius is in meters (Dubins, 1957, *On curves of minimal length with a constraint on average
 /// curvature*; words as in Shkel and Lumelsky, 2001, *Classification of the Dubins set*, section 3).
 pub fn dubins(start: &Pose2, end: &Pose2, turning_radius: f64) -> SteeringPath {
     best(start, end, turning_radius, &PathPenalties { reverse: 1.0, non_straight: 1.0, change: 0.0 })

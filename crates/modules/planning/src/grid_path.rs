@@ -11,7 +11,7 @@ pub struct GridPath {
 
 impl GridPath {
     /// Returns the cells from start to goal.
-    /// They are neighbours, or ends of straight lines in paths of any angle.
+    /// They are neighbors, or ends of straight lines in paths of any angle.
     pub fn cells(&self) -> &[GridCell] {
         &self.cells
     }

@@ -1,5 +1,5 @@
 //! Global planning on grids.
-//! Cheapest paths of eight neighbours ([`AStar`]) or of any angle ([`ThetaStar`]), one that is repaired while the robot
+//! Cheapest paths of eight neighbors ([`AStar`]) or of any angle ([`ThetaStar`]), one that is repaired while the robot
 //! discovers obstacles ([`DStarLite`]), and paths of a car-like robot ([`HybridAStar`]).
 //!
 //! All but the last search a [`CostGrid`], whose costs are those of Nav2's costmaps; a [`Costmap`] makes one of its layers.

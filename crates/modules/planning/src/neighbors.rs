@@ -1,10 +1,10 @@
-//! Steps between neighbouring cells.
+//! Steps between neighboring cells.
 
 use std::f64::consts::SQRT_2;
 
 use crate::cost_grid::CostGrid;
 
-/// Step to a neighbour.
+/// Step to a neighbor.
 #[derive(Clone, Copy)]
 pub(crate) struct GridStep {
     pub to: u32,
@@ -39,7 +39,7 @@ pub(crate) fn for_each_step(grid: &CostGrid, from: u32, mut visit: impl FnMut(Gr
 }
 
 /// Returns the octile distance: shortest path without obstacles, cells.
-/// Steps lead to eight neighbours.
+/// Steps lead to eight neighbors.
 #[inline(always)]
 pub(crate) fn octile(columns: i32, rows: i32) -> f64 {
     let (columns, rows) = (columns.unsigned_abs(), rows.unsigned_abs());

@@ -8,7 +8,7 @@ use slate_module::math;
 use crate::steering_path::{PathPenalties, SteeringPath, SteeringPosition, normalized};
 
 /// Returns the shortest path of a robot that also reverses (Reeds-Shepp curve).
-/// The smallest turning radius is in metres (Reeds and Shepp, 1990, *Optimal paths for a car that goes both forwards
+/// The smallest turning radius is in meters (Reeds and Shepp, 1990, *Optimal paths for a car that goes both forwards
 /// and backwards*, section 8).
 pub fn reeds_shepp(start: &Pose2, end: &Pose2, turning_radius: f64) -> SteeringPath {
     best(start, end, turning_radius, &PathPenalties { reverse: 1.0, non_straight: 1.0, change: 0.0 })

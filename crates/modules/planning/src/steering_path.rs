@@ -35,7 +35,7 @@ pub struct SteeringSegment {
     pub length: f64,
 }
 
-/// Costs of a metre beside its length, and of a change of direction.
+/// Costs of a meter beside its length, and of a change of direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PathPenalties {
     /// Factor on the length in reverse.
@@ -124,7 +124,7 @@ pub(crate) fn drive(from: &Pose2, steering: SteeringPosition, length: f64, turni
 /// Returns the equal angle in [0, 2 pi).
 pub(crate) fn positive(angle: f64) -> f64 {
     let wrapped = math::wrap_angle(angle);
-    // A full turn less the rounding of an angle is none.
+    // A full turn up to rounding is no turn.
     if wrapped < -1e-10 { wrapped + std::f64::consts::TAU } else { math::max(wrapped, 0.0) }
 }
 

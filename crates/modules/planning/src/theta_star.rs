@@ -82,8 +82,8 @@ impl ThetaStar {
         self.searches += 1;
     }
 
-    /// Checks the line from the node's parent; else takes the best closed neighbour.
-    /// The neighbour becomes the parent. Returns true if the node's cost has risen, so that others may come first.
+    /// Checks the line from the node's parent; else takes the best closed neighbor.
+    /// The neighbor becomes the parent. Returns true if the node's cost has risen, so that others may come first.
     fn settle(&mut self, grid: &CostGrid, here: u32) -> bool {
         let node = self.nodes[here as usize];
         let parent = self.nodes[node.parent as usize];
@@ -105,7 +105,7 @@ impl ThetaStar {
         best.cost > node.cost + 1e-9
     }
 
-    /// Offers each neighbour the parent of a closed node, as if the line were free.
+    /// Offers each neighbor the parent of a closed node, as if the line were free.
     fn relax_neighbors(&mut self, grid: &CostGrid, here: u32, goal: GridCell) {
         let parent = self.nodes[here as usize].parent;
         let cost = self.nodes[parent as usize].cost;

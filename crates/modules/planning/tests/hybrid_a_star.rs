@@ -160,7 +160,7 @@ fn reverse_is_used_where_it_pays() {
 }
 
 #[test]
-fn what_can_not_be_reached_is_said() {
+fn unreachable_cells_are_reported() {
     let walls = [[2.0, 0.0, 2.2, 4.0]];
     let grid = grid([4.0, 4.0], &walls);
     let mut planner = planner(shortest());

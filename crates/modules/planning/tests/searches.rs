@@ -24,7 +24,7 @@ fn grid(costs: &[u8], cost_factor: f64) -> CostGrid {
         .with_cost_factor(cost_factor)
 }
 
-/// Cost of a step between neighbours; none where it leads to an impassable cell or cuts a corner.
+/// Cost of a step between neighbors; none where it leads to an impassable cell or cuts a corner.
 fn step(grid: &CostGrid, a: GridCell, b: GridCell, cost_factor: f64) -> Option<f64> {
     let beside = [GridCell::new(a.column, b.row), GridCell::new(b.column, a.row), b];
     let is_near = a.column.abs_diff(b.column) <= 1 && a.row.abs_diff(b.row) <= 1 && a != b;

@@ -17,7 +17,7 @@ const MOVED: [f64; 2] = [0.02, 0.005];
 /// Occupancy grid that grows with the scans.
 /// It is redrawn when their poses have changed.
 ///
-/// Drawing anew goes on beside the map that is shown, some scans at a time, and takes its place at the end.
+/// Drawing anew continues beside the map that is shown, some scans at a time, and takes its place at the end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LiveMap {
     shown: DrawnScans,

@@ -21,8 +21,8 @@ const CONSISTENT: [f64; 2] = [0.25, 0.05];
 /// Thinning of a scan's points against another submap: one of so many.
 const THINNED: usize = 2;
 /// Numbers of scans of a unit of work that are examined, and matched.
-const LOOKS: usize = 500;
-const MATCHES: usize = 8;
+const MAX_EXAMINED: usize = 500;
+const MAX_MATCHED: usize = 8;
 
 impl GraphSlam {
     /// Does a unit of the deferred work; returns true if more is left.
@@ -146,7 +146,7 @@ impl GraphSlam {
                 (search.submap, search.node) = (search.submap + 1, 0);
                 continue;
             }
-            if looks == LOOKS || matches == MATCHES {
+            if looks == MAX_EXAMINED || matches == MAX_MATCHED {
                 return Some(search);
             }
             looks += 1;

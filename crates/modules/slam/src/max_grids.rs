@@ -16,7 +16,7 @@ pub(crate) struct MaxGrids {
 }
 
 /// Reach of the kernel, cells.
-const REACH: i32 = 3;
+const KERNEL_RADIUS: i32 = 3;
 /// Likelihood beside a surface by the squared distance in cells.
 /// A normal distribution of standard deviation 1.2 cells.
 const KERNEL: [u8; 10] = [255, 180, 127, 0, 64, 45, 0, 0, 16, 11];
@@ -37,7 +37,7 @@ impl MaxGrids {
         let margin = 1 << levels.saturating_sub(1);
         let axis = |axis: usize| {
             let (least, most) = extreme(axis);
-            (least - REACH - margin, (most - least + 2 * REACH + margin + 1) as usize)
+            (least - KERNEL_RADIUS - margin, (most - least + 2 * KERNEL_RADIUS + margin + 1) as usize)
         };
         let ((left, width), (bottom, height)) = (axis(0), axis(1));
         let mut grids =
@@ -50,9 +50,9 @@ impl MaxGrids {
     }
 
     fn stamp(&mut self, [column, row]: [i32; 2]) {
-        for up in -REACH..=REACH {
+        for up in -KERNEL_RADIUS..=KERNEL_RADIUS {
             let y = (row + up - self.low[1]) as usize;
-            for right in -REACH..=REACH {
+            for right in -KERNEL_RADIUS..=KERNEL_RADIUS {
                 let Some(value) = KERNEL.get((right * right + up * up) as usize) else { continue };
                 let x = (column + right - self.low[0]) as usize;
                 let cell = &mut self.levels[0][y * self.size[0] + x];

@@ -42,11 +42,11 @@ impl Default for MatchingParameters {
 /// Noise of the odometry.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryDrift {
-    /// Standard deviation of the translation after a metre, m/sqrt(m).
+    /// Standard deviation of the translation after a meter, m/sqrt(m).
     pub translation_stddev: f64,
     /// Standard deviation of the rotation after a radian, rad/sqrt(rad).
     pub rotation_stddev: f64,
-    /// Standard deviation of the rotation after a metre, rad/sqrt(m).
+    /// Standard deviation of the rotation after a meter, rad/sqrt(m).
     pub drift_stddev: f64,
 }
 

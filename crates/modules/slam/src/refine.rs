@@ -8,7 +8,7 @@ use crate::se2;
 use crate::surface_map::SurfaceMap;
 
 /// Standard deviation of a point beside its surface, m.
-/// It is larger than the noise of the laser, as errors of neighbouring points are not independent.
+/// It is larger than the noise of the laser, as errors of neighboring points are not independent.
 const SIGMA: f64 = 0.1;
 /// Standard deviation of a point beside its surface in the likelihood of a scan, m.
 const LIKELIHOOD_SIGMA: f64 = 0.05;

@@ -42,7 +42,7 @@ impl OdometryDrift {
         let translation = square(self.translation_stddev) * length;
         let rotation =
             square(self.rotation_stddev) * increment.theta.abs() + square(self.drift_stddev) * length;
-        // Even a robot that stands does so by a millimetre.
+        // Even a robot that stands does so by a millimeter.
         let (across, turn) = (1.0 / (translation + 1e-6), 1.0 / (rotation + 1e-6));
         Matrix3::from_diagonal(&[across, across, turn].into())
     }

@@ -36,7 +36,7 @@ pub struct Step {
 }
 
 /// Drives that many times round the block, a scan every 0.4 m, with an odometry that turns too far by 2 degrees a
-/// metre.
+/// meter.
 pub fn drive(rounds: usize, seed: u64) -> Vec<Step> {
     let mut random = Random::new(seed, "drive");
     let walls: Vec<Wall> = BOXES.iter().flat_map(|sides| walls_of(*sides)).collect();

@@ -1,6 +1,6 @@
 //! Precision and recall of victim detection in rendered images of random rooms.
 //! Run it with `cargo run --release -p slate-vision --example victim_accuracy -- 200 1000`, with the number of rooms
-//! and the first seed. Images with mistakes are written as PPM into a folder that is named behind that.
+//! and the first seed. Images with errors are written as PPM into a folder that is named behind that.
 //!
 //! A victim counts when it is at most 4 m away and at least 60 % of it is in the image and before everything else. A detection
 //! is right when its middle is in the box of a victim of which anything is seen.
@@ -170,7 +170,7 @@ impl Room {
     }
 }
 
-/// Returns a place at least a metre from the middle.
+/// Returns a place at least a meter from the middle.
 fn away(random: &mut Random) -> [f64; 2] {
     loop {
         let (x, y) = (random.uniform(-3.5, 3.5), random.uniform(-3.5, 3.5));

@@ -74,7 +74,7 @@ impl Module for CameraInterface {
         let [_, mut is_frozen, mut is_dark] = state.reported;
         let is_new = io.driver_image.is_new();
         if let Some(image) = io.driver_image.get().filter(|_| is_new) {
-            let (hash, mean) = look(&image.data);
+            let (hash, mean) = header_fields(&image.data);
             is_frozen = state.images > 0 && hash == state.newest;
             is_dark = mean < params.dark_below;
             (state.newest, state.images) = (hash, state.images + 1);
@@ -111,7 +111,7 @@ impl Module for CameraInterface {
 }
 
 /// Hash (FNV-1a) and mean of a part of the bytes of an image.
-fn look(data: &[u8]) -> (u64, f64) {
+fn header_fields(data: &[u8]) -> (u64, f64) {
     let (mut hash, mut sum, mut count) = (0xcbf2_9ce4_8422_2325_u64, 0_u64, 0_u64);
     for byte in data.iter().step_by(STRIDE) {
         hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3);

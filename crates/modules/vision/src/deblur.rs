@@ -6,10 +6,10 @@ use slate_module::math;
 /// Length of the transform by which the filter is made, pixels.
 const LENGTH: usize = 128;
 /// Farthest pixel that counts.
-const REACH: usize = 32;
+const KERNEL_RADIUS: usize = 32;
 /// Power of the noise relative to that of the image: K of the filter.
 const NOISE: f64 = 0.02;
-/// Blur below which an image stays as it is, pixels.
+/// Blur below which an image is not changed, pixels.
 const LEAST: f64 = 1.0;
 /// Longest blur that the filter can take out, pixels.
 pub(crate) const LONGEST: f64 = 16.0;
@@ -72,8 +72,8 @@ impl MotionDeblur {
             })
             .collect();
         let weight = |n: usize| (0..LENGTH).map(|k| filter[k] * math::cos(angle(k, n))).sum::<f64>();
-        let weights: Vec<f64> = (0..=REACH).map(weight).collect();
-        // What is even stays as bright as it is.
+        let weights: Vec<f64> = (0..=KERNEL_RADIUS).map(weight).collect();
+        // Even regions keep their brightness.
         let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
         self.kernel.clear();
         self.kernel.extend(weights.iter().map(|weight| (weight / sum) as f32));
@@ -85,11 +85,11 @@ fn filter(kernel: &[f32], padded: &mut Vec<f32>, (row, channel): (&[u8], usize),
     let width = out.len() / 3;
     let value = |x: usize| f32::from(row[3 * x + channel]);
     padded.clear();
-    padded.extend(std::iter::repeat_n(value(0), REACH));
+    padded.extend(std::iter::repeat_n(value(0), KERNEL_RADIUS));
     padded.extend((0..width).map(value));
-    padded.extend(std::iter::repeat_n(value(width - 1), REACH));
+    padded.extend(std::iter::repeat_n(value(width - 1), KERNEL_RADIUS));
     for x in 0..width {
-        let middle = x + REACH;
+        let middle = x + KERNEL_RADIUS;
         let mut sum = kernel[0] * padded[middle];
         for (n, weight) in kernel.iter().enumerate().skip(1) {
             sum += weight * (padded[middle - n] + padded[middle + n]);

@@ -48,6 +48,6 @@ pub struct ImageSharpness {
 #[derive(PartialEq)]
 pub struct TerrainTexture {
     /// Contrast of the lowest quarter of the image, high on rough ground.
-    /// Mean difference of neighbouring pixels, relative to their mean.
+    /// Mean difference of neighboring pixels, relative to their mean.
     pub contrast: f64,
 }

@@ -84,7 +84,7 @@ impl Module for FeatureSeeker {
         {
             let is_sought = |feature: &&ImageDetection| feature.label.as_str() == params.label.as_str();
             if let Some(feature) = features.list.iter().find(is_sought) {
-                state.look_at(feature, camera, head);
+                state.point_at(feature, camera, head);
                 state.seen = Some(now.now());
             }
         }
@@ -102,7 +102,7 @@ impl Module for FeatureSeeker {
 
 impl FeatureSeekerState {
     /// Commands the head so that a feature is in the middle of the image.
-    fn look_at(&mut self, feature: &ImageDetection, camera: &CameraInfo, head: &PanTiltState) {
+    fn point_at(&mut self, feature: &ImageDetection, camera: &CameraInfo, head: &PanTiltState) {
         let [fx, _, cx, _, fy, cy, ..] = camera.k;
         let (right, down) = (math::atan2(feature.x - cx, fx), math::atan2(feature.y - cy, fy));
         if right.is_finite() && down.is_finite() {

@@ -10,7 +10,7 @@ use crate::sharpness::Brightness;
 use crate::victim_detector::VictimDetector;
 
 /// Maximum number of detections of an image.
-const MOST: usize = 16;
+const MAX_DETECTIONS: usize = 16;
 
 /// Ports of [`ImageProcessor`].
 #[ports]
@@ -97,7 +97,7 @@ impl Module for ImageProcessor {
             state.found.extend(state.tags.detect(*width, *height, pixels).iter().map(tag_detection));
         }
         state.found.retain(|found| found.confidence >= params.min_confidence);
-        state.found.truncate(MOST);
+        state.found.truncate(MAX_DETECTIONS);
         let time = io.image.stamp().time;
         io.detections.set(ImageDetections { time, list: Sequence::new(&state.found) });
         Outcome::Ok

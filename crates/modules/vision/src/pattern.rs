@@ -6,13 +6,13 @@ use slate_interfaces::{Image, ImageFormat};
 use slate_module::math;
 
 /// Period of the disc's motion, seconds.
-const TURN: f64 = 4.0;
+const DISC_PERIOD: f64 = 4.0;
 
 /// Returns the center and radius of the disc, pixels.
 pub(crate) fn disc(width: u32, height: u32, seconds: f64) -> (f64, f64, f64) {
     let (width, height) = (f64::from(width), f64::from(height));
     let side = if width < height { width } else { height };
-    let angle = TAU * (seconds / TURN);
+    let angle = TAU * (seconds / DISC_PERIOD);
     let x = (width - 1.0) / 2.0 + 0.3 * side * math::cos(angle);
     let y = (height - 1.0) / 2.0 + 0.3 * side * math::sin(angle);
     (x, y, 0.1 * side)

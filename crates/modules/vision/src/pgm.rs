@@ -41,7 +41,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Pgm<'_>, &'static str> {
     Ok(Pgm { width, height, pixels })
 }
 
-/// Skips blanks and comments; `None` if there are none.
+/// Skips blanks and comments; `None` without any.
 fn skip(bytes: &[u8]) -> Option<&[u8]> {
     let mut rest = bytes;
     loop {

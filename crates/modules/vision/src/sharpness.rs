@@ -36,7 +36,7 @@ impl Brightness {
     }
 
     /// Returns the contrast of the floor, in the lowest quarter of the image.
-    /// It is the mean difference of neighbours relative to the mean; 0 for a dark floor.
+    /// It is the mean difference of neighbors relative to the mean; 0 for a dark floor.
     pub fn floor_contrast(&self) -> f64 {
         let (mut differences, mut sum) = (0_u64, 0_u64);
         for row in self.pixels.chunks_exact(self.width.max(1)).skip(self.height - self.height / 4) {
@@ -65,7 +65,7 @@ impl Brightness {
     }
 }
 
-/// Brightness of a colour (ITU-R BT.601).
+/// Brightness of a color (ITU-R BT.601).
 fn luma(pixel: &[u8]) -> u8 {
     let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(u32::from);
     ((299 * red + 587 * green + 114 * blue + 500) / 1000) as u8

@@ -109,7 +109,7 @@ impl FromStr for ImageSource {
                 Ok(Self::Pattern { width, height, rate })
             }
             "file" => Ok(Self::Files { files: files(what).map_err(wrong)?, rate }),
-            _ => Err(wrong("there are the kinds `pattern` and `file`")),
+            _ => Err(wrong("expected the kind `pattern` or `file`")),
         }
     }
 }
@@ -161,7 +161,7 @@ mod tests {
         for (text, problem) in [
             ("", "it has no kind before a `:`"),
             ("640x480", "it has no kind before a `:`"),
-            ("usb:0", "there are the kinds `pattern` and `file`"),
+            ("usb:0", "expected the kind `pattern` or `file`"),
             ("pattern:640", "it has no size from 1x1 to 8192x8192"),
             ("pattern:0x480", "it has no size from 1x1 to 8192x8192"),
             ("pattern:9000x480", "it has no size from 1x1 to 8192x8192"),

@@ -3,7 +3,7 @@
 pub struct VictimBox {
     /// Leftmost column, topmost row, rightmost column and lowest row.
     pub corners: [usize; 4],
-    /// Pixels of skin that only have such neighbours.
+    /// Pixels of skin that only have such neighbors.
     pub skin: usize,
     /// Pixels of clothes.
     pub clothes: usize,
@@ -13,17 +13,17 @@ impl VictimBox {
     /// Returns the confidence, 0 to 1; it grows with the number of pixels.
     pub fn confidence(&self) -> f64 {
         let share = |pixels: usize, half: f64| pixels as f64 / (pixels as f64 + half);
-        share(self.skin, LEAST_SKIN as f64) * share(self.clothes, LEAST_CLOTHES as f64)
+        share(self.skin, LEAST_SKIN as f64) * share(self.clothes, MIN_CLOTHES as f64)
     }
 }
 
 /// Least number of pixels of skin, without its border.
 const LEAST_SKIN: usize = 14;
 /// Least number of pixels of clothes.
-const LEAST_CLOTHES: usize = 20;
+const MIN_CLOTHES: usize = 20;
 /// Pixels up to this far from each other belong together.
-const REACH: usize = 2;
-/// Darker pixels have no colour.
+const CLUSTER_DISTANCE: usize = 2;
+/// Darker pixels have no color.
 const DARK: f32 = 28.0;
 
 /// Class of a pixel.
@@ -35,7 +35,7 @@ enum PixelClass {
     Clothes,
 }
 
-/// Detector of people by the colours of skin beside those of clothes.
+/// Detector of people by the colors of skin beside those of clothes.
 ///
 /// Skin is where the ratios of red to green and of green to blue belong together as those of skin do, from light to dark; they
 /// are the same in light and shade. Clothes are saturated. What only has skin or only clothes is no person.
@@ -91,8 +91,8 @@ impl VictimDetector {
                 PixelClass::Clothes => person.clothes += 1,
                 _ => {}
             }
-            for row in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
-                for column in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
+            for row in y.saturating_sub(CLUSTER_DISTANCE)..(y + CLUSTER_DISTANCE + 1).min(height) {
+                for column in x.saturating_sub(CLUSTER_DISTANCE)..(x + CLUSTER_DISTANCE + 1).min(width) {
                     let other = row * width + column;
                     if !self.is_taken[other] && self.classes[other] != PixelClass::Other {
                         self.is_taken[other] = true;
@@ -101,7 +101,7 @@ impl VictimDetector {
                 }
             }
         }
-        let is_person = person.skin >= LEAST_SKIN && person.clothes >= LEAST_CLOTHES;
+        let is_person = person.skin >= LEAST_SKIN && person.clothes >= MIN_CLOTHES;
         is_person.then_some(person)
     }
 

@@ -141,7 +141,7 @@ impl Driver {
                 write(writer, size, now.now(), |image| {
                     pattern::draw(image, *width, *height, now.seconds());
                 });
-                came(writer, now.now(), now, state);
+                note_image(writer, now.now(), now, state);
             }
             (Self::Thread(name), ImageSource::Files { files, rate }) => {
                 camera.handover.take(|content| match (&mut content.result, &mut content.writer) {
@@ -150,7 +150,7 @@ impl Driver {
                         let _ = writer.publish(*items, *time);
                         camera.work();
                         state.problem = Text::default();
-                        came(writer, *time, now, state);
+                        note_image(writer, *time, now, state);
                     }
                     (Err(problem), _) => fail(camera, problem, state),
                     (Ok(_), None) => {}
@@ -177,7 +177,7 @@ fn fail(camera: &Camera, problem: &mut String, state: &mut CameraState) {
 }
 
 /// Reports a new picture.
-fn came(writer: &Writer, taken: u64, now: &Tick, state: &mut CameraState) {
+fn note_image(writer: &Writer, taken: u64, now: &Tick, state: &mut CameraState) {
     (state.picture, state.taken, state.came) = (writer.last().sequence, taken, now.now());
 }
 
@@ -215,8 +215,8 @@ pub(crate) fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOn
 /// Draws the next image into a draft, with a number of bytes of pixels.
 fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     let mut draft = writer.draft();
-    assert!(bytes <= draft.capacity(), "whoever draws has looked whether there is room");
-    // SAFETY: the draft has room for that many bytes, all of them initialised, and is not shared.
+    assert!(bytes <= draft.capacity(), "the caller has checked the capacity");
+    // SAFETY: the draft has room for that many bytes, all of them initialized, and is not shared.
     draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
 }
 

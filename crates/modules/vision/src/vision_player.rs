@@ -64,11 +64,11 @@ impl Module for VisionPlayer {
             cameras
         }));
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
-        let told = io.cameras.get().map_or(&[][..], |report| &report.cameras[..]);
-        for (number, (told, shown)) in told.iter().zip(&mut state.shown).enumerate() {
+        let reported = io.cameras.get().map_or(&[][..], |report| &report.cameras[..]);
+        for (number, (reported, shown)) in reported.iter().zip(&mut state.shown).enumerate() {
             // They were opened then, so they can be now.
-            if let Ok(camera) = cameras.camera(told.camera.as_str()) {
-                shown.show(camera, told, images.get(number).copied());
+            if let Ok(camera) = cameras.camera(reported.camera.as_str()) {
+                shown.show(camera, reported, images.get(number).copied());
             }
         }
         Outcome::Ok
@@ -77,16 +77,19 @@ impl Module for VisionPlayer {
 
 impl ImageOutput {
     /// Publishes the report and newest picture of a camera.
-    fn show(&mut self, camera: &Camera, told: &CameraState, image: Option<&Input<Image>>) {
-        if !told.problem.as_str().is_empty() {
-            return camera.fail(&mut told.problem.as_str().to_owned());
+    fn show(&mut self, camera: &Camera, reported: &CameraState, image: Option<&Input<Image>>) {
+        if !reported.problem.as_str().is_empty() {
+            return camera.fail(&mut reported.problem.as_str().to_owned());
         }
         // No other one than the newest is ever written there.
-        let image = image.filter(|image| image.stamp().time >= told.came).and_then(Input::get);
+        let image = image.filter(|image| image.stamp().time >= reported.came).and_then(Input::get);
         let result = match image {
-            _ if self.picture == told.picture => return camera.work(),
-            Some(image) => self.write(camera, told, image),
-            None => Err(format!("picture {} of the camera `{}` is not recorded", told.picture, told.camera)),
+            _ if self.picture == reported.picture => return camera.work(),
+            Some(image) => self.write(camera, reported, image),
+            None => Err(format!(
+                "picture {} of the camera `{}` is not recorded",
+                reported.picture, reported.camera
+            )),
         };
         match result {
             Ok(()) => camera.work(),
@@ -94,7 +97,7 @@ impl ImageOutput {
         }
     }
 
-    fn write(&mut self, camera: &Camera, told: &CameraState, image: &Image) -> Result<(), String> {
+    fn write(&mut self, camera: &Camera, reported: &CameraState, image: &Image) -> Result<(), String> {
         let channel = camera.channel(image.data.len());
         let writer = match &mut self.writer {
             Some(writer) => writer,
@@ -104,13 +107,13 @@ impl ImageOutput {
             let (size, room) = (image.data.len(), writer.capacity());
             return Err(format!(
                 "picture {} of the camera `{}` has {size} bytes, and its first one had {room}",
-                told.picture, told.camera
+                reported.picture, reported.camera
             ));
         }
         // It has the number that it had then.
-        writer.skip(told.picture.saturating_sub(writer.last().sequence + 1));
-        crate::vision_master::write(writer, image.data.len(), told.taken, |own| copy(image, own));
-        self.picture = told.picture;
+        writer.skip(reported.picture.saturating_sub(writer.last().sequence + 1));
+        crate::vision_master::write(writer, image.data.len(), reported.taken, |own| copy(image, own));
+        self.picture = reported.picture;
         Ok(())
     }
 }

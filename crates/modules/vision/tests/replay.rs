@@ -218,7 +218,7 @@ fn a_missing_player_of_recorded_pictures_is_named() {
 }
 
 #[test]
-fn what_is_missing_of_the_pictures_is_told_before_anything_runs() {
+fn missing_pictures_are_reported_before_run() {
     let folder = folder("missing");
     let path = folder.join("none.mcap");
     let recorded = |path: &Path, how: &str| {
@@ -239,7 +239,7 @@ fn what_is_missing_of_the_pictures_is_told_before_anything_runs() {
     recorded(&path, "rules = [{ select = \"/vision_master/image\", rate = 5.0 }]");
     let told = refusal(&path, plan(&["left"]));
     assert!(told.contains("of /vision_master/image are recorded"), "{told}");
-    // What nobody ever watched was not missing.
+    // A never watched value is not missing.
     let path = folder.join("enough.mcap");
     recorded(&path, "select = [\"/vision_master/**\", \"/right/**\"]");
     assert_eq!(play(&path, plan(&["right"]), |_| {}).first, None);

@@ -79,7 +79,7 @@ impl Module for Viewer {
 /// Whether [`Fragile`] breaks in its next tick.
 static BREAKS: AtomicBool = AtomicBool::new(false);
 
-/// A vision master that panics when it is told to.
+/// Vision master that panics on request.
 pub struct Fragile;
 
 #[module(stage = SensorAcquire)]
@@ -188,7 +188,7 @@ fn lockstep_repeats_it_with_any_number_of_workers() {
 }
 
 #[test]
-fn the_master_shows_its_picture_to_who_watches() {
+fn vision_master_shows_picture_to_watchers() {
     let (mut agent, _) = load(ROBOT, &master_and_finder());
     steps(&mut agent, 5);
     assert!(agent.board().read("vision_master/image").unwrap().is_none());
@@ -365,7 +365,7 @@ fn a_camera_that_hangs_keeps_the_masters_code_and_lets_it_go_on() {
     let folder = Folder::new("pipe");
     let file = folder.path().join("picture.pgm");
     assert!(std::process::Command::new("mkfifo").arg(&file).status().unwrap().success());
-    // Who reads it waits for what may still be written here.
+    // Its reader waits for values that may still be written.
     let pipe = std::fs::OpenOptions::new().read(true).write(true).open(&file).unwrap();
     let (mut agent, log) = load(&with_library(&file), &[Plugin::linked::<Viewer>()]);
     let is_pipe = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -376,7 +376,7 @@ fn a_camera_that_hangs_keeps_the_masters_code_and_lets_it_go_on() {
     let composer = agent.composer();
     let error = composer.reload("slate-vision", None).unwrap_err();
     let expected =
-        "thread `camera-0` of module `vision_master` has not ended within 300ms of being told to stop";
+        "thread `camera-0` of module `vision_master` has not ended within 300ms after the stop request";
     assert_eq!(error.to_string(), expected);
     let ticks = agent.counts("vision_master").unwrap().0;
     steps(&mut agent, 5);
@@ -400,7 +400,7 @@ fn the_library_of_a_used_master_is_reloaded_not_unloaded() {
         seen = number(&agent, "viewer/view/pictures");
         let error = composer.unload("slate-vision").unwrap_err();
         assert!(matches!(&error, PluginError::Unfit(_)), "{error}");
-        // The thread that reads the files ends first, then the code is exchanged, and the viewer goes on.
+        // The thread that reads the files ends first, then the code is exchanged, and the viewer continues.
         let reload = composer.reload("slate-vision", None).unwrap();
         assert!(reload.in_place);
         assert_eq!(reload.modules, [("vision_master".to_owned(), Ok(()))]);

@@ -63,7 +63,7 @@ impl<B: WheeledBody> Action<B> for SetWheelSpeed {
 
 /// Turns on the spot by an angle.
 ///
-/// It measures the turn by the pose. While that is unknown, it goes on by the odometry, and without odometry by its own commands: a
+/// It measures the turn by the pose. While that is unknown, it continues by the odometry, and without odometry by its own commands: a
 /// reflex does without the deliberative route.
 #[derive(Serialize, Deserialize)]
 pub struct TurnAngle {
@@ -195,14 +195,14 @@ pub struct GoToOrigin {
 /// Arguments of [`GoToOrigin`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Leg {
-    /// Position to the east, metres.
+    /// Position to the east, meters.
     pub x: f64,
-    /// Position to the north, metres.
+    /// Position to the north, meters.
     pub y: f64,
-    /// Linear velocity, metres per second.
+    /// Linear velocity, meters per second.
     /// With one below zero the action fails.
     pub speed: f64,
-    /// Tolerance, metres.
+    /// Tolerance, meters.
     pub tolerance: f64,
 }
 arguments!(Leg { x, y, speed, tolerance });

@@ -29,7 +29,7 @@ pub struct AvoidWallParams {
 }
 
 /// Duration of a command unless it is renewed, seconds.
-const HOLD: f64 = 0.05;
+const COMMAND_DURATION: f64 = 0.05;
 
 /// Turns away from obstacles in front.
 pub struct AvoidWallModel;
@@ -50,6 +50,6 @@ impl ReactiveModel for AvoidWallModel {
             || sonar.get().is_some_and(|scan| !is_valid(scan));
         let wheels = if is_blind { WheelSpeeds::ZERO } else { Rocs { variant }.react(sonar.get()?)? };
         let WheelSpeeds { left, right } = wheels;
-        Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
+        Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: COMMAND_DURATION }))
     }
 }

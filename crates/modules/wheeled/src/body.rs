@@ -19,7 +19,7 @@ pub struct Weave {
 const WEAVE_ANGLE: f64 = 0.6;
 /// Length of a weave, in lengths of the robot.
 const WEAVE_LENGTH: f64 = 1.8;
-/// Distance from the goal below which a robot no longer weaves, metres.
+/// Distance from the goal below which a robot no longer weaves, meters.
 /// From twice that on it weaves in full.
 const WEAVE_END: f64 = 0.4;
 

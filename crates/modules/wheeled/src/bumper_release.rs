@@ -35,9 +35,13 @@ impl ReactiveModel for BumperReleaseModel {
     fn run((): &mut (), sensors: &BumperSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
         let BumperSensors { bumper, rules, robot } = sensors;
         let known = rules.get();
-        let time_limit = known.map_or(HOLD, |rules| rules.bumper_release.timeout);
-        let stop =
-            Some(ReleaseBumper::request(Release { left: 0.0, right: 0.0, duration: HOLD, time_limit }));
+        let time_limit = known.map_or(STOP_DURATION, |rules| rules.bumper_release.timeout);
+        let stop = Some(ReleaseBumper::request(Release {
+            left: 0.0,
+            right: 0.0,
+            duration: STOP_DURATION,
+            time_limit,
+        }));
         if has_no_model(robot) {
             return stop;
         }
@@ -55,10 +59,10 @@ impl ReactiveModel for BumperReleaseModel {
             _ => 1.0,
         };
         let WheelSpeeds { left, right } = robot.wheels_for(direction * linear_velocity, 0.0);
-        let duration = math::max(distance / linear_velocity, HOLD);
+        let duration = math::max(distance / linear_velocity, STOP_DURATION);
         Some(ReleaseBumper::request(Release { left, right, duration, time_limit }))
     }
 }
 
 /// Duration of a stop unless it is renewed, seconds.
-const HOLD: f64 = 0.2;
+const STOP_DURATION: f64 = 0.2;

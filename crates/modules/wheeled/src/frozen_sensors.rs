@@ -8,9 +8,9 @@ use slate_plugin::prelude::*;
 
 use crate::frozen_sonars::FrozenSonars;
 use crate::hardware::{ODOMETRY, ORIENTATION, POSITION};
-use crate::travelled_pose::{TURN, TravelledPose, has_turned};
+use crate::traveled_pose::{FROZEN_TURN, TraveledPose, has_turned};
 
-/// Travel by the odometry after which the same measurement is a frozen one, metres.
+/// Travel by the odometry after which the same measurement is a frozen one, meters.
 const TRAVEL: f64 = 0.1;
 
 /// Measurement that changes, to the last bit, with any motion of its robot.
@@ -67,7 +67,7 @@ impl MovingMeasurement for Sightings {
 /// Repeated means equal to the last bit; the motion is that of the odometry.
 ///
 /// A measurement counts as repeated when it is the same for as long as makes a device late, and the odometry has meanwhile
-/// moved by as much as must have changed it: 0.1 m, or 0.1 rad and 0.2 rad for each metre. A robot that stands, or is carried, has none.
+/// moved by as much as must have changed it: 0.1 m, or 0.1 rad and 0.2 rad for each meter. A robot that stands, or is carried, has none.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FrozenSensor {
     held: Option<HeldMeasurement>,
@@ -91,14 +91,14 @@ impl FrozenSensor {
     pub fn update<T: MovingMeasurement>(
         &mut self,
         measured: Option<&T>,
-        odometry: Option<TravelledPose>,
+        odometry: Option<TraveledPose>,
         device: Option<&Device>,
         now: &Tick,
     ) -> Option<u64> {
         if odometry.is_some_and(|odometry| odometry.follows_gap(&mut self.odometry_at)) {
             (self.held, self.is_frozen) = (None, false);
         }
-        if let (Some(measured), Some(TravelledPose { pose, .. })) = (measured, odometry) {
+        if let (Some(measured), Some(TraveledPose { pose, .. })) = (measured, odometry) {
             let numbers =
                 measured.numbers().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
             let bits = numbers.map(|numbers| numbers.map(f64::to_bits));
@@ -151,7 +151,7 @@ impl FrozenOdometry {
                 *self = Self { held: bits, since: now.now(), is_frozen: false };
             }
             let time = now.now().saturating_sub(self.since) as f64 * 1e-9;
-            let has_moved = linear.abs() * time > TRAVEL || angular.abs() * time > TURN;
+            let has_moved = linear.abs() * time > TRAVEL || angular.abs() * time > FROZEN_TURN;
             self.is_frozen |= has_moved && is_long(self.since, device, now);
         }
         self.is_frozen.then_some(self.since)

@@ -5,19 +5,19 @@ use slate_plugin::interfaces::{Echo, Pose2, SonarScan};
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
-use crate::travelled_pose::{TravelledPose, has_turned};
+use crate::traveled_pose::{TraveledPose, has_turned};
 
-/// Displacement along a sonar's axis that proves an equal echo frozen, metres.
+/// Displacement along a sonar's axis that proves an equal echo frozen, meters.
 const DISPLACEMENT: f64 = 0.05;
 /// Greatest ratio of the displacement across a sonar's axis to that along it.
 ///
 /// A sonar that looks farther aside, at 31 degrees, may hear a wall along the way, whose range stays the same.
-const MAX_ASIDE: f64 = 0.6;
+const MAX_BEARING: f64 = 0.6;
 
 /// Detects sonars that repeat an echo, to the last bit, while the odometry moves.
 ///
 /// An echo counts as repeated when it is the same for as long as makes a device late, and the robot has meanwhile moved 0.05 m along
-/// the sonar's axis, or turned by 0.1 rad and 0.2 rad for each metre. A sonar that hears nothing, or at a limit of its range, tells nothing.
+/// the sonar's axis, or turned by 0.1 rad and 0.2 rad for each meter. A sonar that hears nothing, or at a limit of its range, tells nothing.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FrozenSonars {
     held: [HeldEcho; 16],
@@ -44,7 +44,7 @@ impl FrozenSonars {
     pub fn update(
         &mut self,
         scan: Option<&SonarScan>,
-        odometry: Option<TravelledPose>,
+        odometry: Option<TraveledPose>,
         device: Option<&Device>,
         now: &Tick,
     ) -> Option<u64> {
@@ -80,7 +80,7 @@ impl HeldEcho {
         let (sine, cosine) = (math::sin(theta + direction), math::cos(theta + direction));
         let along = (east * cosine + north * sine).abs();
         let aside = (north * cosine - east * sine).abs();
-        (along > DISPLACEMENT && aside < MAX_ASIDE * along)
+        (along > DISPLACEMENT && aside < MAX_BEARING * along)
             || has_turned(math::hypot(along, aside), math::angle_between(theta, pose.theta).abs())
     }
 }

@@ -28,7 +28,7 @@ pub struct GiveWaySensors {
 }
 
 /// Duration of a command unless it is renewed, seconds.
-const HOLD: f64 = 0.1;
+const COMMAND_DURATION: f64 = 0.1;
 
 /// Moves away from a robot ahead or behind.
 /// It knows neither a goal nor a position, and has no memory.
@@ -50,7 +50,7 @@ impl ReactiveModel for GiveWayModel {
             robot.wheels_for(sensors.velocity(robot, now)?, 0.0)
         };
         let WheelSpeeds { left, right } = wheels;
-        Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
+        Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: COMMAND_DURATION }))
     }
 }
 

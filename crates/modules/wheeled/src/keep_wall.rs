@@ -27,7 +27,7 @@ pub struct KeepWallSensors {
 }
 
 /// Duration of a command unless it is renewed, seconds.
-const HOLD: f64 = 0.1;
+const COMMAND_DURATION: f64 = 0.1;
 
 /// Follows the wall on one side. It has neither a goal nor a memory.
 pub struct KeepWallModel;
@@ -66,18 +66,18 @@ impl ReactiveModel for KeepWallModel {
 }
 
 fn stop() -> ActionRequest {
-    KeepWall::request(Speeds { left: 0.0, right: 0.0, duration: HOLD })
+    KeepWall::request(Speeds { left: 0.0, right: 0.0, duration: COMMAND_DURATION })
 }
 
 impl KeepWallRules {
-    /// Returns the point to pursue (robot's frame, metres) and its duration, seconds.
+    /// Returns the point to pursue (robot's frame, meters) and its duration, seconds.
     /// `None` without a wall on that side.
     fn target(&self, scan: &SonarScan) -> Option<([f64; 2], f64)> {
         let (side, wanted) = (self.wall_distance.signum(), self.wall_distance.abs());
         let lookahead = self.lookahead_distance;
         if self.range_ahead(scan) < wanted + self.front_margin {
             let (sine, cosine) = (math::sin(self.turn_angle), math::cos(self.turn_angle));
-            return Some(([cosine, -side * sine].map(|part| part * lookahead), HOLD));
+            return Some(([cosine, -side * sine].map(|part| part * lookahead), COMMAND_DURATION));
         }
         let (wall, is_ending) = self.wall_beside(scan, side)?;
         if is_ending {
@@ -90,7 +90,10 @@ impl KeepWallRules {
         // A distant wall is approached at an angle, not head-on.
         let error = math::clamp(distance - wanted, -lookahead, lookahead);
         let along = [side * towards, -side * across];
-        Some(([lookahead * along[0] + error * across, lookahead * along[1] + error * towards], HOLD))
+        Some((
+            [lookahead * along[0] + error * across, lookahead * along[1] + error * towards],
+            COMMAND_DURATION,
+        ))
     }
 
     /// Returns the wall on one side, and whether it ends beside the robot.
@@ -133,7 +136,7 @@ impl KeepWallRules {
 type Wall = ([f64; 2], f64);
 
 /// Returns the wall through the echoes of a front and a rear sonar.
-/// Each echo is x, y and range, metres.
+/// Each echo is x, y and range, meters.
 fn wall(front: [f64; 3], back: [f64; 3], side: f64) -> Wall {
     let base = front[0] - back[0];
     // A sonar measures the nearest point of a wall, so ranges differ by the mounts' distances from the wall.

@@ -16,7 +16,7 @@ use crate::goals::Goals;
 use crate::hardware::hardware_of;
 use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
-use crate::travelled_pose::TravelledPose;
+use crate::traveled_pose::TraveledPose;
 
 pub use crate::hardware::{ODOMETRY, ORIENTATION, POSITION};
 pub use crate::knowledge_params::WheeledKnowledgeParams;
@@ -233,7 +233,7 @@ impl WheeledModels {
 
     /// Returns since when sensors have been frozen, by their newest measurements.
     fn update_frozen(&self, frozen: &mut FrozenSensors, model: &WheeledModel, now: &Tick) -> FrozenSince {
-        let (odometry, device) = (TravelledPose::of(&self.odometry), |name| model.robot.sensor(name));
+        let (odometry, device) = (TraveledPose::of(&self.odometry), |name| model.robot.sensor(name));
         let FrozenSensors { sonars, position, orientation, odometry: encoders, robot_sensor } = frozen;
         FrozenSince::new([
             sonars.update(self.sonar.updated(), odometry, device(SONAR), now),
@@ -469,8 +469,8 @@ impl Knowledge for WheeledKnowledge {
         let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
         let frozen = models.update_frozen(&mut state.frozen, known, now);
         let mut sensors = [Device::default(); SENSORS];
-        let told = (&known_rules, frozen);
-        let length = models.list_sensors(&mut sensors, &mut state.watched, known, told, now);
+        let context = (&known_rules, frozen);
+        let length = models.list_sensors(&mut sensors, &mut state.watched, known, context, now);
         let sensors = &sensors[..length];
         let pose = models.newest_pose(sensors);
         state.was_placed |= pose.is_some();

@@ -38,11 +38,11 @@ pub struct WheeledKnowledgeParams {
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
     pub goal_y: f64,
-    #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, metres, in the place of the single one")]
+    #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, meters, in the place of the single one")]
     pub goals: Sequence<Point2, 16>,
     #[param(default = true, doc = "true: the robot has a goal; false: its Plan has another target")]
     pub has_goal: Bool,
-    #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
+    #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in meters")]
     pub sensor_rules: Sequence<SensorRule, 4>,
     #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]
     pub reaction_time: f64,

@@ -48,7 +48,7 @@ pub mod strategic_knowledge;
 pub mod strategy_planner;
 pub mod track_filter;
 pub mod tracks;
-pub mod travelled_pose;
+pub mod traveled_pose;
 pub mod twist_estimator;
 
 use slate_plugin::mapek::{

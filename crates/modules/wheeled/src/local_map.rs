@@ -99,7 +99,7 @@ pub struct ObstacleMemory {
     motion: TwistEstimator,
 }
 
-/// Tolerance of an echo from a detected robot, metres.
+/// Tolerance of an echo from a detected robot, meters.
 const SPREAD: f64 = 0.1;
 
 /// Local map of echoes and tracks of robots; reports them with each scan.
@@ -163,7 +163,7 @@ impl Analyze for MapObstacles {
     }
 }
 
-/// Lists tracked robots of a radius (metres).
+/// Lists tracked robots of a radius (meters).
 fn tracked(others: &Tracks, radius: f64) -> Sequence<TrackedRobot, 8> {
     let mut robots = [TrackedRobot::default(); 8];
     let seen = fill(&mut robots, others.iter(), |other| TrackedRobot {

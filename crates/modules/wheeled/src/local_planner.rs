@@ -55,7 +55,7 @@ pub struct LocalPlannerState {
 }
 
 /// Duration of wheel speeds unless they are renewed, seconds.
-const HOLD: f64 = 0.2;
+const COMMAND_DURATION: f64 = 0.2;
 /// Age at which they are renewed, seconds.
 const RENEWAL: f64 = 0.1;
 /// Age of the map above which the robot stops, seconds.
@@ -142,7 +142,7 @@ impl LocalPlannerState {
         let speeds = [left, right];
         if !self.round.is_some_and(|(last, at)| last == speeds && time - at < RENEWAL) {
             self.round = Some((speeds, time));
-            plan.replace(SetWheelSpeed::request(Speeds { left, right, duration: HOLD }));
+            plan.replace(SetWheelSpeed::request(Speeds { left, right, duration: COMMAND_DURATION }));
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::knowledge::WheeledModel;
 use crate::monitors::device;
 use crate::track_filter::TrackFilter;
 use crate::tracks::position_of;
-use crate::travelled_pose::TravelledPose;
+use crate::traveled_pose::TraveledPose;
 
 /// Sensor that detects other robots.
 #[ports]
@@ -39,7 +39,7 @@ pub struct RobotMonitorState {
     detector: FrozenSensor,
 }
 
-/// Rounding of a range, metres.
+/// Rounding of a range, meters.
 const ROUNDING: f64 = 1e-9;
 
 /// Returns whether a detector can have seen a robot there, as far from its mount.
@@ -48,7 +48,7 @@ fn is_in_range(device: &Device, seen: &Sighting) -> bool {
     let (x, y) = (range * math::cos(bearing) - device.mount.x, range * math::sin(bearing) - device.mount.y);
     let distance = math::hypot(x, y);
     let is_limited = device.minimum != 0.0 || device.maximum != 0.0;
-    // NaN is no number of metres.
+    // NaN is no number of meters.
     if is_limited { distance <= device.maximum + ROUNDING } else { distance.is_finite() }
 }
 
@@ -67,7 +67,7 @@ impl Monitor for RobotMonitor {
         now: &Tick,
     ) -> Option<Sightings> {
         let (newest, device) = (sensors.robots.updated(), device(&sensors.robot, ROBOT_SENSOR));
-        let since = state.detector.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        let since = state.detector.update(newest, TraveledPose::of(&sensors.odometry), device, now);
         log_frozen(&mut state.is_frozen, ROBOT_SENSOR, "its detections are the same", since, now);
         let seen = newest.filter(|_| since.is_none())?;
         let Some(device) = device else { return Some(*seen) };
@@ -137,10 +137,10 @@ pub struct LocateRobotParams {
 /// Reported position of a robot.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct ReportedPlace {
-    /// Position in the map frame, metres.
+    /// Position in the map frame, meters.
     x: f64,
     y: f64,
-    /// Distance, metres.
+    /// Distance, meters.
     range: f64,
     /// Bearing, radians.
     bearing: f64,

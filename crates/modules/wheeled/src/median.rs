@@ -11,14 +11,14 @@ const SONARS: usize = 16;
 /// The median of each range over time drops single outliers.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct MedianRing {
-    /// Ranges of each scan, metres; oldest overwritten first.
+    /// Ranges of each scan, meters; oldest overwritten first.
     scans: [[f64; SONARS]; SCANS],
     /// Number of scans so far.
     count: u64,
 }
 
 impl MedianRing {
-    /// Adds a scan; returns the shortest median of the newest `scans`, metres.
+    /// Adds a scan; returns the shortest median of the newest `scans`, meters.
     /// A sonar without an echo counts with the maximum range.
     pub fn nearest(&mut self, scan: &SonarScan, scans: usize) -> f64 {
         self.add(scan);

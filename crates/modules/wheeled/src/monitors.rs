@@ -11,7 +11,7 @@ use slate_plugin::prelude::*;
 use crate::frozen_sensors::{FrozenOdometry, FrozenSensor, log_frozen};
 use crate::frozen_sonars::FrozenSonars;
 use crate::knowledge::{ODOMETRY, ORIENTATION, POSITION, WheeledModel};
-use crate::travelled_pose::TravelledPose;
+use crate::traveled_pose::TraveledPose;
 
 /// Returns the device of that name in a robot model, if that is known.
 pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&'m Device> {
@@ -113,7 +113,7 @@ impl Monitor for RangeMonitor {
         let scan = sensors.sonar.updated();
         let since = state.sonars.update(
             scan,
-            TravelledPose::of(&sensors.odometry),
+            TraveledPose::of(&sensors.odometry),
             device(&sensors.robot, SONAR),
             now,
         );
@@ -166,7 +166,7 @@ impl Monitor for PositionMonitor {
 
     fn interpret(state: &mut Self::State, sensors: &Positioning, _: &(), now: &Tick) -> Option<Position> {
         let (newest, device) = (sensors.position.updated(), device(&sensors.robot, POSITION));
-        let since = state.sensor.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        let since = state.sensor.update(newest, TraveledPose::of(&sensors.odometry), device, now);
         log_frozen(&mut state.is_frozen, POSITION, "it is the same", since, now);
         let is_valid = |position: &Position| position.x.is_finite() && position.y.is_finite();
         valid(&mut state.is_invalid, (POSITION, newest), is_valid, now).filter(|_| since.is_none())
@@ -206,7 +206,7 @@ impl Monitor for OrientationMonitor {
 
     fn interpret(state: &mut Self::State, sensors: &Compass, _: &(), now: &Tick) -> Option<Orientation> {
         let (newest, device) = (sensors.orientation.updated(), device(&sensors.robot, ORIENTATION));
-        let since = state.sensor.update(newest, TravelledPose::of(&sensors.odometry), device, now);
+        let since = state.sensor.update(newest, TraveledPose::of(&sensors.odometry), device, now);
         log_frozen(&mut state.is_frozen, ORIENTATION, "it is the same", since, now);
         let is_valid = |orientation: &Orientation| orientation.theta.is_finite();
         valid(&mut state.is_invalid, (ORIENTATION, newest), is_valid, now).filter(|_| since.is_none())

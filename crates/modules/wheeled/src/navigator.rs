@@ -8,9 +8,9 @@ use crate::actions::{GoToOrigin, Leg};
 use crate::analyzes::Surroundings;
 use crate::locate_robot::Located;
 
-/// Distance below which another robot is near, metres.
-const NEAR: f64 = 1.0;
-/// Hysteresis of this distance, metres.
+/// Distance below which another robot is near, meters.
+const NEAR_DISTANCE: f64 = 1.0;
+/// Hysteresis of this distance, meters.
 const SPREAD: f64 = 0.3;
 
 /// State of such a Plan.
@@ -59,14 +59,14 @@ impl Navigator {
     pub fn update_other(&mut self, robot: &Noticed<Located>) -> bool {
         let was = self.is_near_robot;
         if let Some(located) = robot.newest() {
-            let near = if was { NEAR + SPREAD } else { NEAR };
+            let near = if was { NEAR_DISTANCE + SPREAD } else { NEAR_DISTANCE };
             self.is_near_robot = located.seen.get() && located.range < near;
         }
         was != self.is_near_robot
     }
 
     /// Sets the position to the goal on arrival.
-    /// The Analyze reports steps of some centimetres only.
+    /// The Analyze reports steps of some centimeters only.
     pub fn set_arrived(&mut self) {
         self.position = self.goal.map(|([x, y], _)| (x, y)).or(self.position);
     }

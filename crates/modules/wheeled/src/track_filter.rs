@@ -68,7 +68,7 @@ impl TrackFilter {
         true
     }
 
-    /// Returns the position in the map frame, metres.
+    /// Returns the position in the map frame, meters.
     pub fn position(&self) -> Point2 {
         Point2 { x: self.position[0], y: self.position[1] }
     }

@@ -10,9 +10,9 @@ pub struct Track {
     /// Name of the robot.
     #[serde(with = "name")]
     pub name: Text<28>,
-    /// x in the map frame, metres.
+    /// x in the map frame, meters.
     pub x: f64,
-    /// y in the map frame, metres.
+    /// y in the map frame, meters.
     pub y: f64,
     /// Velocity in the map frame, m/s.
     pub velocity: [f64; 2],

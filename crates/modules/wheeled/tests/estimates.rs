@@ -167,7 +167,7 @@ fn knowledge_has_the_estimate_and_before_it_the_measurement() {
 }
 
 #[test]
-fn the_plan_is_told_the_estimated_position() {
+fn plan_receives_estimated_position() {
     let mut analyze = Fixture::<AnalyzeBlock<PassPosition>>::new();
     analyze.set("position", Position { x: 1.0, y: 2.0, z: 0.0 });
     analyze.set("robot", model(Pose2 { x: 1.1, y: 2.1, theta: 0.0 }, REAL));
@@ -211,7 +211,7 @@ fn the_median_over_time_drops_single_ranges_of_sonars_that_err() {
     assert_eq!(crowded(&[3.0, 3.0, 3.0, 0.4, 0.4, 0.4], REAL), [false, true], "what stays is there");
 }
 
-/// The errors of a robot's position, metres, as it is seen and as it is located: it goes by at 0.3 m/s, and every fifth detection
+/// The errors of a robot's position, meters, as it is seen and as it is located: it goes by at 0.3 m/s, and every fifth detection
 /// is missing.
 fn errors_of_track(seed: u64) -> (f64, f64, usize) {
     let mut random = Random::new(seed, "track");

@@ -59,7 +59,7 @@ fn detections_beyond_the_range_of_the_robot_model_are_dropped() {
 }
 
 #[test]
-fn only_what_changed_is_told_and_who_is_lost_once() {
+fn only_changes_and_one_loss_are_reported() {
     let mut analyze = observer();
     let mut told = |sightings: Sightings, seconds: u64| {
         analyze.advance(seconds * 1_000_000_000);
@@ -77,7 +77,7 @@ fn only_what_changed_is_told_and_who_is_lost_once() {
 }
 
 #[test]
-fn a_sensor_that_falls_silent_sees_nobody() {
+fn silent_sensor_detects_no_robot() {
     let mut analyze = observer();
     analyze.set("robots", sees(1.5, 0.0));
     analyze.tick();
@@ -95,7 +95,7 @@ fn a_sensor_that_falls_silent_sees_nobody() {
 }
 
 #[test]
-fn how_others_move_is_seen_from_a_robot_that_moves_itself() {
+fn moving_robot_measures_velocities_of_others() {
     let mut tracks = Tracks::default();
     for step in 0..200 {
         let time = f64::from(step) * 0.02;
@@ -129,7 +129,7 @@ fn odometry_that_began_elsewhere_is_placed_in_the_map() {
 }
 
 #[test]
-fn how_a_robot_moves_is_known_from_where_it_is() {
+fn twist_is_estimated_from_poses() {
     let mut motion = TwistEstimator::default();
     let mut moves = Twist2::ZERO;
     for step in 0..=100 {

@@ -48,7 +48,7 @@ fn a_new_goal_holds_at_once() {
 }
 
 #[test]
-fn who_arrives_where_the_goal_was_goes_on_to_where_it_is() {
+fn robot_continues_to_moved_goal() {
     let mut planner = on_its_way(EAST);
     planner.set("goal", NORTH);
     planner.set("situation", arrived(1));

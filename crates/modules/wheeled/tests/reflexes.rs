@@ -1,4 +1,4 @@
-//! Reflexes of different ranks: what each does, and who has the robot when several want it.
+//! Reflexes of different ranks, and which one acts when several request the robot.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
@@ -58,7 +58,7 @@ fn release(presses: impl IntoIterator<Item = (bool, bool)>) -> Vec<Option<(f64, 
 }
 
 #[test]
-fn who_is_pressed_backs_away_from_there() {
+fn pressed_robot_backs_away_from_contact() {
     let front = release([(true, false)])[0].unwrap();
     assert!(front.0 < 0.0 && front.0 == front.1, "{front:?}");
     let back = release([(false, true)])[0].unwrap();
@@ -112,7 +112,7 @@ fn the_action_drives_on_after_the_release_and_stands_when_stuck() {
 }
 
 #[test]
-fn bumpers_that_say_nothing_release_nobody() {
+fn silent_bumpers_release_no_robot() {
     let mut model = Fixture::<ReactiveBlock<BumperReleaseModel>>::new();
     model.set("robot", pioneer());
     model.set("rules", rules());
@@ -189,7 +189,7 @@ fn a_wall_is_kept_at_its_distance_on_either_side() {
 }
 
 #[test]
-fn where_the_wall_ends_it_drives_an_arc_about_the_end() {
+fn robot_drives_an_arc_around_end_of_wall() {
     let mut model = along(0.5);
     assert_eq!(motion(&mut model, scan(&[])), None, "no wall");
     // The wall is beside the hindmost sonar only.
@@ -453,7 +453,7 @@ fn a_higher_rank_preempts_a_lower_one_which_then_continues() {
     {
         assert!(change.cancelled >= 1.0, "{change:?}");
     }
-    // Downwards, the lower one that waited goes on.
+    // Downwards, the lower one that waited continues.
     assert!(between("AvoidObstacle", "KeepWall") > 0, "{changes:?}");
     let released = changes.iter().filter(|change| change.from == "ReleaseBumper");
     assert!(released.map(|change| rank(&change.to)).all(|rank| (1..3).contains(&rank)), "{changes:?}");

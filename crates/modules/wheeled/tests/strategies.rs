@@ -84,7 +84,7 @@ fn the_role_and_past_outcomes_choose_the_plan() {
 }
 
 #[test]
-fn what_was_learned_is_all_that_it_remembers() {
+fn memory_has_only_learned_outcomes() {
     let mut knowledge = knowing();
     knowledge.push("outcomes", outcome("messenger", "west", false));
     assert_eq!(told(&mut knowledge).as_deref(), Some("east"));
@@ -131,7 +131,7 @@ fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
 }
 
 #[test]
-fn nobody_goes_backwards_to_a_place() {
+fn no_robot_drives_backwards_to_a_place() {
     for (speed, goes) in [(0.4, true), (-0.4, false), (f64::NAN, false)] {
         let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
         let pose = Pose2 { x: 1.0, y: 0.0, theta: std::f64::consts::PI };
@@ -170,7 +170,7 @@ fn sent(planner: &mut Planning) -> Vec<(PlanStep, Option<f64>, u64)> {
 }
 
 #[test]
-fn a_plan_is_followed_action_by_action_and_its_success_is_told() {
+fn plan_runs_action_by_action_and_reports_success() {
     let mut planner = planning();
     assert_eq!(sent(&mut planner), [], "there is no plan");
     planner.set("strategy", plan("messenger", "west", &[-1.0, -2.0]));

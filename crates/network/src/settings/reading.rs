@@ -149,7 +149,7 @@ impl NetworkSettingsReader<'_> {
         Report::from(self.configuration.diagnostic(link.other.span, message, Some(help.into())))
     }
 
-    /// Reads the options of an input; `None` after a mistake.
+    /// Reads the options of an input; `None` after an error.
     fn options(&mut self, table: &Table) -> Option<ReadOptions> {
         let before = self.wrong.len();
         let mut options = ReadOptions::default();
@@ -171,7 +171,7 @@ impl NetworkSettingsReader<'_> {
             (None, Some(interval)) => options.rate = ReadRate::OnChange { interval },
             (Some(_), Some(_)) => {
                 let span = table.get("interval").map(|value| value.span);
-                let help = "leave one out: a rate is how often the newest value comes, an interval is between values that come on change";
+                let help = "leave one out: `rate` is for sampling, `interval` for values sent on change";
                 if let Some(span) = span {
                     self.add(span, "an input has a `rate` or an `interval`", help);
                 }

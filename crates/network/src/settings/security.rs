@@ -114,10 +114,10 @@ impl NetworkSettingsReader<'_> {
     }
 
     fn allow(&mut self, place: Span, table: &Table) -> Option<BTreeMap<String, NetworkRights>> {
-        const HELP: &str = "add [network.security.allow.NAME] with `read` and `send` for each agent that is let in; \
-                            nobody else is";
+        const HELP: &str = "add [network.security.allow.NAME] with `read` and `send` for each permitted agent; \
+                            all others are refused";
         let Some(value) = table.get("allow") else {
-            let message = "[network.security] says who this agent is, but not what others may do";
+            let message = "[network.security] has this agent's identity, but no rights of others";
             self.add(place, message, HELP);
             return None;
         };

@@ -63,7 +63,7 @@ impl Cable {
                     let (back, answers, state) = (Arc::clone(&near), Arc::clone(&far), Arc::clone(&shared));
                     thread::spawn(move || {
                         let mut packet = [0; 1 << 16];
-                        // Nobody may listen there for a while.
+                        // The listener may be absent for a while.
                         while let Ok(length) = answers.recv(&mut packet).or_else(refused) {
                             if state.load(Ordering::Relaxed) == CARRIES {
                                 let _ = back.send_to(&packet[..length], from);
@@ -85,7 +85,7 @@ impl Cable {
         self.state.store(CUT, Ordering::Relaxed);
     }
 
-    /// Carries nothing any more, and says so to nobody.
+    /// Drops everything without notice.
     pub fn swallow(&self) {
         self.state.store(SWALLOWS, Ordering::Relaxed);
     }
@@ -96,7 +96,7 @@ impl Cable {
     }
 }
 
-/// What a socket says when nobody listens at its other end is nothing.
+/// Ignores the error of a socket without a listener.
 fn refused(error: std::io::Error) -> std::io::Result<usize> {
     if error.kind() == ErrorKind::ConnectionRefused { Ok(0) } else { Err(error) }
 }

@@ -1,4 +1,4 @@
-//! Bytes of others: whatever they send, the agent answers or refuses, and goes on.
+//! Bytes of others: whatever they send, the agent answers or refuses, and continues.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use zenoh::Wait;
 
 use crate::network::agent::{Running, eventually, ports, session, wait_for_agent};
 
-/// A query or a publication of somebody who means no good.
+/// Malicious query or publication.
 #[derive(Debug)]
 struct Attack {
     key: String,

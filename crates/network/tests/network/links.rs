@@ -34,11 +34,11 @@ fn a_link_reads_a_key_and_another_carries_a_property_to_one() {
     assert_eq!(sample.encoding().to_string(), "application/cdr;slate_msgs/msg/Speed");
     let value = f64::from_le_bytes(sample.payload().to_bytes()[4..].try_into().unwrap());
     assert_eq!(value, attachment.stamp.sequence as f64);
-    // A late reader asks for the newest one.
+    // A late reader requests the newest one.
     let replies = other.get("demo/count").wait().unwrap();
     let reply = replies.recv_timeout(Duration::from_secs(20)).unwrap().unwrap();
     assert_eq!(reply.into_result().unwrap().payload().len(), 12);
-    // A tool would be overwritten, and learns by whom.
+    // A tool's value would be overwritten; the refusal names the writer.
     let refused = agent.surface.board().get("driver/ambient").unwrap().0.set("value", &Value::Float(1.0), 0);
     assert!(refused.unwrap_err().to_string().contains("zenoh:demo/temperature"));
     let composer = agent.surface.agent.composer();

@@ -93,7 +93,7 @@ fn a_reliable_reader_receives_values_from_the_origins_cache() {
     eventually("values", || reading(&reader).received > 50);
     let ReadingStatus { lost, refused, .. } = reading(&reader);
     assert_eq!((lost, refused), (0, 0));
-    // The last values stay with the origin: any program asks for them.
+    // The last values stay with the origin: any program requests them.
     let other = session("peer", &[], &[port]);
     wait_for_agent(&other, "steady");
     let kept = "slate/steady/@read/reliable/sensor/count/@adv/pub/**";

@@ -1,4 +1,4 @@
-//! Sessions: who is there, what can't be opened, and what happens when connections end.
+//! Sessions: presence, refused settings, and lost connections.
 
 use slate_network::{AgentNetwork, NetworkSettings, alive_key};
 use zenoh::Wait;
@@ -29,7 +29,7 @@ fn presence_is_liveliness() {
 }
 
 #[test]
-fn a_port_in_use_and_a_missing_router_are_told_with_their_line() {
+fn used_port_and_missing_router_are_reported_with_line() {
     let [port, free] = ports();
     let taken = std::net::TcpListener::bind(("127.0.0.1", port)).unwrap();
     let text = failure("port", &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));
@@ -112,7 +112,7 @@ fn a_connection_that_ends_is_made_again() {
 }
 
 #[test]
-fn a_second_agent_of_a_name_is_told_of() {
+fn second_agent_of_same_name_is_reported() {
     let [port] = ports();
     let first = Running::start("twin", &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));
     let second = Running::start("twin", &format!("connect = [\"tcp/127.0.0.1:{port}\"]"));

@@ -13,7 +13,7 @@ use zenoh::{Session, Wait};
 use crate::network::agent::{Running, ask, eventually, session_with};
 use crate::network::certificates::{Authority, Certificate};
 
-/// A UDP port that nobody has now.
+/// Free UDP port.
 pub fn udp_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
@@ -196,7 +196,7 @@ fn failure(network: &str) -> String {
 }
 
 #[test]
-fn files_that_are_of_no_use_are_told_with_their_line() {
+fn useless_files_are_reported_with_line() {
     let (authority, others) = (Authority::new(), Authority::new());
     let refused = |certificate: &Certificate| {
         let entries = format!("listen = [\"quic/127.0.0.1:{}\"]", udp_port());
@@ -237,7 +237,7 @@ fn authority_file(certificate: &Certificate) -> Certificate {
 }
 
 #[test]
-fn a_taken_port_and_a_missing_router_are_told_over_quic_too() {
+fn used_port_and_missing_router_are_reported_over_quic() {
     let (port, authority) = (udp_port(), Authority::new());
     let taken = UdpSocket::bind(("127.0.0.1", port)).unwrap();
     let rights = "[network.security.allow.hub]\nrouter = true";

@@ -31,7 +31,7 @@ fn an_input_reads_any_program_by_its_type() {
     eventually("CDR", || agent.number("driver/seen/value") == 24.5);
     other.put("demo/x", "0.25").wait().unwrap();
     eventually("a field", || agent.number("driver/seen/value") == 24.75);
-    // What does not fit is told once, changes nothing, and the rest goes on.
+    // A mismatch is reported once, changes nothing, and the rest continues.
     for _ in 0..3 {
         temperature.put(&cdr).encoding(encoding(Pose2::DESCRIPTOR)).wait().unwrap();
     }
@@ -125,7 +125,7 @@ fn an_agent_that_restarts_is_read_again_from_its_first_value() {
 }
 
 #[test]
-fn an_input_that_can_not_read_is_told_before_anything_is_opened() {
+fn unreadable_input_is_reported_before_opening() {
     let cases = [
         ("driver/gaol", "driver/goal"),
         ("driver/linked", "it is linked, from /sensor/count"),

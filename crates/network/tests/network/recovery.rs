@@ -108,7 +108,7 @@ fn a_reader_of_all_values_follows_an_agent_that_restarts() {
 }
 
 #[test]
-fn what_the_origin_no_longer_keeps_is_counted_as_lost() {
+fn values_dropped_by_origin_count_as_lost() {
     let [port] = ports();
     let origin = origin("short", port);
     let cable = Cable::to(port);
@@ -126,7 +126,7 @@ fn what_the_origin_no_longer_keeps_is_counted_as_lost() {
 }
 
 #[test]
-fn what_a_rate_leaves_out_is_not_lost_when_a_link_is_cut() {
+fn values_skipped_by_rate_do_not_count_as_lost() {
     let [port] = ports();
     let _origin = origin("rated", port);
     let cable = Cable::to(port);

@@ -128,7 +128,7 @@ fn rights_hold_for_readers_with_options() {
 }
 
 #[test]
-fn nobody_speaks_for_another_agent() {
+fn no_agent_can_impersonate_another() {
     let (port, authority) = (udp_port(), Authority::new());
     let entries = format!(
         "listen = [\"quic/127.0.0.1:{port}\"]\nread.\"driver/ambient\" = \"slate://arm/sensor/count\""

@@ -50,7 +50,7 @@ fn a_subscriber_reads_each_change_with_stamp_and_schema() {
     let value = ros::decode(Pose2::DESCRIPTOR, &pose.payload().to_bytes()).unwrap();
     let expected: Vec<u8> = [1.5_f64, -2.5, 0.25].iter().flat_map(|number| number.to_ne_bytes()).collect();
     assert_eq!(value, expected);
-    // A debug output is computed, as somebody watches.
+    // A debug output is computed, as it has a reader.
     assert!(!of("slate/reads/sensor/trace").is_empty());
     // What is not named stays private.
     assert!(of("slate/reads/driver/heard").is_empty());
@@ -58,7 +58,7 @@ fn a_subscriber_reads_each_change_with_stamp_and_schema() {
 }
 
 #[test]
-fn nothing_is_computed_or_encoded_while_nobody_reads() {
+fn nothing_is_computed_or_encoded_without_readers() {
     let [port] = ports();
     let agent = Running::start("idle", &format!("listen = [\"tcp/127.0.0.1:{port}\"]"));
     let other = session("peer", &[], &[port]);
@@ -153,7 +153,7 @@ fn newest_values_tree_and_schemas_answer_queries() {
     assert!(entry("driver/heard").is_none());
     let schema = ask_json(&other, "slate/asked/@schema/Pose2", None).unwrap();
     assert_eq!(schema["schema"], listed["schema"]);
-    // Who has the definition reads the value without this crate's interfaces.
+    // A program with the definition reads the value without this crate's interfaces.
     let (name, text) = (schema["message"].as_str().unwrap(), schema["definition"].as_str().unwrap());
     let value = ros::Schema::parse(name, text).unwrap().decode(&pose.payload().to_bytes()).unwrap();
     assert_eq!(value.get("y").and_then(ros::Value::as_f64), Some(-2.5));
@@ -162,7 +162,7 @@ fn newest_values_tree_and_schemas_answer_queries() {
 }
 
 #[test]
-fn what_is_not_there_is_an_error_with_the_nearest_name() {
+fn missing_name_is_error_with_nearest_name() {
     let [port] = ports();
     let _agent =
         Running::start("absent", &format!("listen = [\"tcp/127.0.0.1:{port}\"]\npublish = [\"sensor/**\"]"));

@@ -82,7 +82,7 @@ fn a_message_is_done_or_refused() {
 }
 
 #[test]
-fn what_may_not_be_set_is_refused_with_the_reason() {
+fn protected_property_is_refused_with_reason() {
     let (agent, other) =
         start("refuses", "\"sensor/*\", \"driver/goal\", \"driver/linked\", \"driver/seen\"");
     let text = "text/plain";

@@ -58,7 +58,7 @@ fn clear_text_leaves_the_machine_only_where_it_is_trusted() {
 }
 
 #[test]
-fn each_mistake_is_told_with_file_line_and_what_to_do() {
+fn each_error_has_file_line_and_remedy() {
     let cases = [
         ("listen = [\"127.0.0.1:7447\"]", "`127.0.0.1:7447` is not an endpoint"),
         ("listen = [\"tcp/127.0.0.1\"]", "has no host and port"),
@@ -127,7 +127,7 @@ fn certificates_and_rights_are_read() {
 }
 
 #[test]
-fn each_mistake_in_certificates_and_rights_is_told() {
+fn each_error_in_certificates_and_rights_is_reported() {
     let quic = "listen = [\"quic/[::1]:7447\"]";
     let secure = |rest: &str| format!("{quic}\n[network.security]\n{FILES}\n{rest}");
     let arm = "[network.security.allow.arm]";

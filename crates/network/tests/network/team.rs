@@ -13,7 +13,7 @@ use crate::network::cable::Cable;
 use crate::network::certificates::Authority;
 use crate::network::quic::{program, table, tls, udp_port};
 
-/// A folder for the sockets of a test's robots, which share with nobody over them.
+/// A folder for the sockets of a test's robots, which have no peers.
 struct Camp(PathBuf);
 
 impl Camp {
@@ -56,7 +56,7 @@ fn see(robot: &Running, number: f64) {
     eventually("its own facts", || facts(robot).contains(&fact) == (number > 0.0));
 }
 
-/// What a robot knows: who states it, and its key.
+/// A fact: its origin and its key.
 fn facts(robot: &Running) -> Vec<String> {
     let Ok(Some((Value::List(facts), _))) = robot.surface.board().read("team/speeds/facts") else {
         return Vec::new();
@@ -187,7 +187,7 @@ fn facts_pass_a_router_that_checks_rights_and_comes_back() {
     let names = ["r1", "r2", "r3"];
     let hub = "[network.security.allow.hub]\nrouter = true\nteam = true\n";
     let robots = names.map(|name| {
-        // The third one is nobody's mate, and would be one of both.
+        // The third one matches neither, and could match both.
         let mates = names.iter().filter(|other| **other != name && (name == "r3" || **other != "r3"));
         let rights: String =
             mates.map(|other| format!("[network.security.allow.{other}]\nteam = true\n")).collect();

@@ -44,7 +44,7 @@ fn main() {
     }
 }
 
-/// An agent, until nobody holds its input any more.
+/// An agent, until its input is closed.
 fn be_an_agent(name: &str, table: &str) {
     let agent = Running::start(name, table);
     let _ = std::io::stdin().read(&mut [0]);

@@ -90,6 +90,6 @@ fn numbers(topic: &str, value: &Value) -> String {
     let names: Vec<_> = value.fields(false).into_iter().filter_map(number).collect();
     match names.is_empty() {
         true => format!("`{topic}` has none at all"),
-        false => format!("there are {}", names.join(", ")),
+        false => format!("available: {}", names.join(", ")),
     }
 }

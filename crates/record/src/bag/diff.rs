@@ -123,8 +123,8 @@ pub fn diff_of(a: &Path, b: &Path, compared: &Compared) -> Result<Diff, Error> {
             (0, 0) => "neither this file nor the other one has a message to compare".into(),
             (0, _) => "none of the messages of this file and the other one are selected".into(),
             (measured, _) => format!(
-                "nothing is left to compare: what is selected, of {measured} topics, is measured on the wall clock; `--all` compares \
-                 that too"
+                "nothing is left to compare: the selection, of {measured} topics, has only wall-clock \
+                 measurements; `--all` compares them too"
             ),
         };
         return Err(Error::Unfit { path: a.into(), what });
@@ -238,7 +238,7 @@ fn sender(channel: &Channel) -> &str {
     channel.metadata.get("sender").map_or("", String::as_str)
 }
 
-/// A message that was looked for.
+/// A message that was searched for.
 struct FoundMessage {
     encoding: String,
     sender: String,

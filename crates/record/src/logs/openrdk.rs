@@ -14,7 +14,7 @@ use super::{Imported, Options};
 use crate::ros::Definition;
 use crate::storage::Error;
 
-/// Default of OpenRDK's own player, metres.
+/// Default of OpenRDK's own player, meters.
 const RANGE_LIMITS: (f64, f64) = (0.02, 80.0);
 
 const MILLISECONDS_PER_DAY: u64 = 24 * 3600 * 1000;
@@ -111,7 +111,7 @@ pub(super) fn read<W: Write>(
                 continue;
             }
         };
-        // A run goes on over midnight.
+        // A run continues over midnight.
         if entry.time + MILLISECONDS_PER_DAY / 2 < last {
             days += 1;
         }

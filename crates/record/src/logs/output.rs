@@ -29,11 +29,11 @@ pub(super) struct Sweep<'a> {
     pub angle_min: f64,
     /// Angle from beam to beam, radians.
     pub angle_increment: f64,
-    /// Minimum range, metres.
+    /// Minimum range, meters.
     pub range_min: f64,
-    /// Maximum range, metres.
+    /// Maximum range, meters.
     pub range_max: f64,
-    /// Ranges, metres.
+    /// Ranges, meters.
     pub ranges: &'a [f32],
 }
 

@@ -24,7 +24,7 @@ pub(super) fn prefixed_topic(prefix: &str, topic: &str) -> String {
 
 /// Check whether several files can be merged into one.
 /// Messages that several recordings of one run share are written once; messages of different runs must not mix, because
-/// they could not be told apart afterwards.
+/// they could not be distinguished afterwards.
 pub(crate) struct MergeCheck {
     /// By file, the first file of the same run.
     groups: Vec<usize>,

@@ -27,7 +27,7 @@ struct Decision {
     robot: String,
     what: &'static str,
     detail: String,
-    /// Distance to the nearest object at that time, metres.
+    /// Distance to the nearest object at that time, meters.
     clearance: Option<f64>,
 }
 
@@ -180,7 +180,7 @@ impl Decisions {
                 row.robot.clone(),
                 row.what.into(),
                 row.detail.clone(),
-                row.clearance.map(|metres| format!("{metres:.3}")).unwrap_or_default(),
+                row.clearance.map(|meters| format!("{meters:.3}")).unwrap_or_default(),
             ]);
         }
         table

@@ -45,7 +45,7 @@ pub(super) fn content(path: &Path, recording: Option<&Path>, known: &Known) -> R
             sections.push(log(&path.join("log.txt"))?);
             let mut more = Section::new("What is not known");
             more.text(
-                "The folder has no recording of the run, so nothing is told of timing, faults, what was noticed and changed, and what was dropped. \
+                "The folder has no recording of the run, so timing, faults, changes and dropped values are missing. \
                  A run leaves one with --set record.enabled=true.",
             );
             sections.push(more);
@@ -53,7 +53,7 @@ pub(super) fn content(path: &Path, recording: Option<&Path>, known: &Known) -> R
     }
     if !others.is_empty() {
         let which = if recording.is_some() { "others" } else { "recordings" };
-        source += &format!(" It has {which}, which are told when they are named: {}.", others.join(", "));
+        source += &format!(" It has {which}, which are reported when they are named: {}.", others.join(", "));
     }
     let scene = scene(&path.join("scene.json"), known)?;
     Ok(PageContent { title: summary.headline(), source, sections, unread, scene, trajectory })

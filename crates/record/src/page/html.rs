@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::table::{Column, Table};
 
 /// Style sheet: light or dark as the reader prefers, and dark on white on paper.
-/// Pictures are dark on white; in dark mode their brightness is inverted, which keeps their colours.
+/// Pictures are dark on white; in dark mode their brightness is inverted, which keeps their colors.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --ground: #fff; --ink: #222; --faint: #5f5f5f; --line: #d5d5d5; --band: #f4f4f4; }
 @media (prefers-color-scheme: dark) {

@@ -267,7 +267,7 @@ impl Recording {
         let text = |name: &str| value.text(name).unwrap_or_default();
         let (setting, plugin) = (text("setting"), text("plugin"));
         let is_set = value.number("has_value").is_some_and(|is| is != 0.0);
-        let after = if is_set { text("value") } else { "as the files say it".into() };
+        let after = if is_set { text("value") } else { "the value of the files".into() };
         let (action, file) = (text("action"), text("file"));
         let library =
             || if plugin.is_empty() { format!("library {file}") } else { format!("plugin {plugin}") };

@@ -154,7 +154,7 @@ fn trail(text: &mut String, view: &View, pace: &Pace, samples: &[&Sample], fallb
     }
 }
 
-/// Draws a robot with an arrow to its front, in the colour of its route.
+/// Draws a robot with an arrow to its front, in the color of its route.
 /// The route is the one that commands it.
 fn body(
     text: &mut String,
@@ -229,7 +229,7 @@ fn poses(view: &View, pace: &Pace, samples: &[&Sample]) -> Vec<(String, String)>
     poses
 }
 
-/// Returns the animated colours of a robot as its routes change.
+/// Returns the animated colors of a robot as its routes change.
 fn colors(pace: &Pace, samples: &[&Sample], fallback: RGBColor) -> String {
     let changes: Vec<(f64, String)> = parts(samples)
         .map(|(route, part)| (pace.share(part[0]), hex(route.map_or(fallback, |route| color(Some(route))))))

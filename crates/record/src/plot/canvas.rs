@@ -23,9 +23,9 @@ pub(super) const HOLLOW_WIDTH: u32 = 2;
 /// Marks of events and positions.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
-    /// The route changed to one of this colour.
+    /// The route changed to one of this color.
     Square(RGBColor),
-    /// Dot where an action of a route of this colour began; radius in pixels.
+    /// Dot where an action of a route of this color began; radius in pixels.
     /// The shape is that of the action's kind.
     Dot(RGBColor, DotShape, i32),
     Start,
@@ -62,7 +62,7 @@ impl DotShape {
         ALL[kind % ALL.len()]
     }
 
-    /// Corners around a centre, in eighths of the radius; none of a disc.
+    /// Corners around a center, in eighths of the radius; none of a disc.
     fn corners(self) -> &'static [Pixel] {
         match self {
             DotShape::Disc => &[],
@@ -179,7 +179,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// Draws a dot with an edge that sets it off from the line of its colour.
+    /// Draws a dot with an edge that sets it off from the line of its color.
     fn dot(&self, at: Pixel, color: RGBColor, shape: DotShape, radius: i32) -> Result<(), Error> {
         let corners = shape.corners();
         if corners.is_empty() {

@@ -14,7 +14,7 @@ const LEGEND: i32 = 420 * PIXEL;
 const AXIS: i32 = 58 * PIXEL;
 const EDGE: i32 = 16 * PIXEL;
 
-/// Tones that are distinct for people with any common colour blindness.
+/// Tones that are distinct for people with any common color blindness.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 119, 187),
     RGBColor(204, 51, 17),

@@ -143,7 +143,7 @@ fn path(canvas: &Canvas, view: &View, samples: &[&Sample], color: RGBColor, widt
     canvas.trace(&points, color, width)
 }
 
-/// Draws the path of a robot in the colours of its routes.
+/// Draws the path of a robot in the colors of its routes.
 /// Hollow lines tell the other robots from the first.
 fn routes(
     canvas: &Canvas,

@@ -85,15 +85,15 @@ fn name(canvas: &Canvas, view: &View, robot: &Robot) -> Result<(), Error> {
 fn scale(canvas: &Canvas, view: &View) -> Result<(), Error> {
     let most = (view.x.1 - view.x.0) / 3.0;
     let decade = libm::exp10(libm::floor(libm::log10(most)));
-    let metres = [5.0, 2.0].map(|factor| factor * decade).into_iter().find(|length| *length <= most);
-    let metres = metres.unwrap_or(decade);
+    let meters = [5.0, 2.0].map(|factor| factor * decade).into_iter().find(|length| *length <= most);
+    let meters = meters.unwrap_or(decade);
     let (left, y) = (LEFT + 4 * PIXEL, TITLE_HEIGHT + view.size.1 + 36 * PIXEL);
-    let right = left + view.pixels(metres);
+    let right = left + view.pixels(meters);
     canvas.line(&[(left, y), (right, y)], INK, 3)?;
     for end in [left, right] {
         canvas.line(&[(end, y - 8 * PIXEL), (end, y + 8 * PIXEL)], INK, 3)?;
     }
-    canvas.text(&format!("{metres} m"), (right + 14 * PIXEL, y), 22, INK, HPos::Left)
+    canvas.text(&format!("{meters} m"), (right + 14 * PIXEL, y), 22, INK, HPos::Left)
 }
 
 fn fill(canvas: &Canvas, view: &View, points: &[[f64; 2]], color: RGBAColor) -> Result<(), Error> {

@@ -88,18 +88,18 @@ fn panel(
 ) -> Result<(), Error> {
     let mut extent = Extent::default();
     robots.iter().flat_map(|robot| &robot.samples).for_each(|sample| extent.include(value(sample)));
-    let metres = extent.padded(0.06, 0.1);
+    let meters = extent.padded(0.06, 0.1);
     let area = canvas.area.clone().shrink((EDGE, top), (LEFT - EDGE + WIDTH, PANEL));
     let mut chart = ChartBuilder::on(&area)
         .y_label_area_size(LEFT - EDGE)
-        .build_cartesian_2d(time.0..time.1, metres.0..metres.1)
+        .build_cartesian_2d(time.0..time.1, meters.0..meters.1)
         .map_err(failed)?;
     chart
         .configure_mesh()
         .y_desc(name)
         .x_labels(12)
         .y_labels(5)
-        .y_label_formatter(&|value| axis_label(*value, metres.1 - metres.0))
+        .y_label_formatter(&|value| axis_label(*value, meters.1 - meters.0))
         .label_style(font(20))
         .axis_desc_style(font(22))
         .axis_style(stroke(FAINT, 1))
@@ -111,7 +111,7 @@ fn panel(
 
     let pixel = |sample: &Sample| -> Option<Pixel> {
         drawable(value(sample)).then(|| {
-            let up = (value(sample) - metres.0) / (metres.1 - metres.0) * f64::from(PANEL);
+            let up = (value(sample) - meters.0) / (meters.1 - meters.0) * f64::from(PANEL);
             (column(sample.seconds(), time), top + PANEL - up.round() as i32)
         })
     };
@@ -132,7 +132,7 @@ impl RobotStrip<'_> {
     }
 }
 
-/// Draws the route of one robot, as coloured bands.
+/// Draws the route of one robot, as colored bands.
 fn strip(canvas: &Canvas, robot: &RobotStrip, time: (f64, f64), top: i32) -> Result<(), Error> {
     for (route, samples) in parts(&robot.samples) {
         if let [first, .., last] = samples {

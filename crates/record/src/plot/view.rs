@@ -13,7 +13,7 @@ const WORLD_SIDE: i32 = 1000 * PIXEL;
 const OBSTACLE: RGBColor = RGBColor(205, 205, 205);
 
 /// Shown area of the world, at one scale for both axes.
-/// Its edges in metres, and its size on the canvas.
+/// Its edges in meters, and its size on the canvas.
 pub(super) struct View {
     pub x: (f64, f64),
     pub y: (f64, f64),
@@ -49,9 +49,9 @@ impl View {
             .then(|| (self.left + right as i32, TITLE_HEIGHT + self.size.1 - up as i32))
     }
 
-    /// Returns a length in metres as a length on the canvas.
-    pub fn pixels(&self, metres: f64) -> i32 {
-        (metres / (self.x.1 - self.x.0) * f64::from(self.size.0)).round() as i32
+    /// Returns a length in meters as a length on the canvas.
+    pub fn pixels(&self, meters: f64) -> i32 {
+        (meters / (self.x.1 - self.x.0) * f64::from(self.size.0)).round() as i32
     }
 }
 

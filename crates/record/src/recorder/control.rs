@@ -12,8 +12,8 @@ use slate_module::Level;
 use slate_runtime::configuration::{Record, RecordSelection};
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::{
-    History, HistoryWish, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
-    TakeValue,
+    History, HistoryRequest, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus,
+    SavedFlight, TakeValue,
 };
 
 use super::file::{File, Limits};
@@ -115,7 +115,7 @@ impl RecordingControl for Recorder {
         let (shared, host) = self.thread_and_host()?;
         if lock(&shared.recordings).len() >= MAX_RECORDINGS {
             return Err(refusal(
-                format!("there are {MAX_RECORDINGS} recordings already"),
+                format!("the agent already has {MAX_RECORDINGS} recordings"),
                 "end one: slate record stop FILE",
             ));
         }
@@ -126,20 +126,20 @@ impl RecordingControl for Recorder {
             return Err(refusal("no property of the agent is among those to record", help));
         }
         let unwritten = |reason: String| {
-            let help =
-                "name a file that is not there yet, in a folder that exists, on a disk with room: --out FILE";
+            let help = "name a new file, in a folder that exists, on a disk with room: --out FILE";
             refusal(format!("{} can't be made: {reason}", slate_runtime::printable(file)), help)
         };
         let disk = OpenOptions::new().write(true).create_new(true).open(file);
         let disk = disk.map_err(|error| unwritten(error.to_string()))?;
-        let preface = host.preface(&AgentContent::of(agent), agent.board(), selection::is_whole(what), false);
+        let recording_header =
+            host.recording_header(&AgentContent::of(agent), agent.board(), selection::is_whole(what), false);
         let (number, limits, within) = {
             let mut state = self.state();
             state.count += 1;
             let Record { chunk, buffer, within, .. } = state.settings;
             (TOOL_RECORDINGS + state.count, Limits { chunk, buffer }, within)
         };
-        let opened = File::create(Box::new(disk), preface, limits).map_err(|reason| {
+        let opened = File::create(Box::new(disk), recording_header, limits).map_err(|reason| {
             // Nothing is in it, and the name must be free for another try.
             let _ = std::fs::remove_file(file);
             unwritten(reason)
@@ -200,10 +200,10 @@ impl RecordingControl for Recorder {
                 return Err(refusal("only the run's own recording continues, which no tool began", &help));
             }
             (None, _) => {
-                return Err(refusal("no recording goes into that file", &format!("there are: {}", names())));
+                return Err(refusal("no recording goes into that file", &format!("available: {}", names())));
             }
             (Some(_), Some(_)) => {
-                return Err(refusal("there are several recordings", &format!("name one of {}", names())));
+                return Err(refusal("the agent has several recordings", &format!("name one of {}", names())));
             }
         };
         let (sender, receiver) = sync_channel(1);
@@ -249,7 +249,7 @@ impl RecordingControl for Recorder {
         let captured = self.capture(&shared)?;
         let Record { chunk, buffer, .. } = self.state().settings;
         let saved = save_to(file, &host, agent, Limits { chunk, buffer }, &captured).map_err(|reason| {
-            let help = "name a file that is not there yet, in a folder that exists, on a disk with room";
+            let help = "name a new file, in a folder that exists, on a disk with room";
             refusal(format!("{} can't be written: {reason}", slate_runtime::printable(file)), help)
         })?;
         let shown = slate_runtime::printable(file);
@@ -257,14 +257,18 @@ impl RecordingControl for Recorder {
         Ok(saved)
     }
 
-    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
+    fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, RecordingRefusal> {
         let (shared, _) = self.thread_and_host()?;
         let captured = self.capture(&shared)?;
         // Without a word it would look as if nothing had been written.
         let settings = self.state().settings.clone();
         let wants = flight_filter(&settings);
-        if let Some(channel) = captured.channel(&wish.path).filter(|own| !wants(own)) {
-            let (path, largest) = (&wish.path, settings.flight.largest);
+        if let Some(channel) = captured.channel(&request.path).filter(|own| !wants(own)) {
+            let (path, largest) = (&request.path, settings.flight.largest);
             let is_large = channel.largest as u64 > largest;
             return Err(refusal(
                 match is_large {
@@ -282,9 +286,9 @@ impl RecordingControl for Recorder {
                 },
             ));
         }
-        captured.history(wish, take).ok_or_else(|| {
+        captured.history(request, take).ok_or_else(|| {
             let help = "`slate list` shows the properties; of the recorder itself nothing is kept";
-            refusal(format!("nothing is kept of /{}", wish.path), help)
+            refusal(format!("nothing is kept of /{}", request.path), help)
         })
     }
 }

@@ -181,18 +181,18 @@ impl DiskQueue {
     }
 
     /// Waits until at most `most` bytes are queued.
-    /// Gives up on a disk that takes none for `patience`.
+    /// Gives up on a disk that takes none for `timeout`.
     ///
     /// # Errors
     /// Why it has not taken them.
-    pub fn settle(&self, most: u64, patience: Duration) -> Result<(), String> {
+    pub fn settle(&self, most: u64, timeout: Duration) -> Result<(), String> {
         let mut state = self.state();
         while self.waiting() > most {
             let still = state.since.map_or(Duration::ZERO, |since| since.elapsed());
-            if still >= patience {
+            if still >= timeout {
                 return Err(format!("the disk has taken nothing for {} s", still.as_secs()));
             }
-            state = self.wait(state, patience.saturating_sub(still));
+            state = self.wait(state, timeout.saturating_sub(still));
         }
         state.failure.clone().map_or(Ok(()), Err)
     }
@@ -241,7 +241,7 @@ mod tests {
         (0..2).for_each(|_| go.send(()).unwrap());
         queue.settle(0, Duration::from_secs(10)).unwrap();
         assert_eq!(queue.stall_duration(), Duration::ZERO);
-        // What is not flushed is handed over at the end, and what can't be written is known then.
+        // Unflushed data is written at the end, where errors are reported.
         disk.write_all(&[4; 100]).unwrap();
         drop((disk, go));
         assert!(queue.settle(0, Duration::from_secs(10)).is_err());

@@ -9,7 +9,7 @@ use super::channels::{Channel, Sent};
 use super::disk::{Disk, DiskQueue};
 use super::hub::{FIRST_TOPIC_ID, Sink};
 use super::messages::{self, TOPICS, Topic};
-use super::run::Preface;
+use super::run::RecordingHeader;
 use crate::ros;
 use crate::storage::{self, REPEATED, Repeated};
 use mcap::records::MessageHeader;
@@ -65,7 +65,11 @@ pub(super) struct File {
 
 impl File {
     /// Creates a file with the preface of the run.
-    pub fn create(writer: Box<dyn Write + Send>, preface: Preface, limits: Limits) -> Result<Self, String> {
+    pub fn create(
+        writer: Box<dyn Write + Send>,
+        recording_header: RecordingHeader,
+        limits: Limits,
+    ) -> Result<Self, String> {
         let (own, disk) = Disk::start(writer).map_err(|error| error.to_string())?;
         let options = WriteOptions::new()
             .profile("ros2")
@@ -83,7 +87,7 @@ impl File {
             others: BTreeMap::new(),
             known: BTreeMap::new(),
             repeated: Repeated::default(),
-            epoch: preface.epoch,
+            epoch: recording_header.epoch,
             limits,
             open: 0,
             scratch: Vec::new(),
@@ -92,10 +96,10 @@ impl File {
             failure: None,
             written_drops: BTreeMap::new(),
         };
-        for (name, metadata) in preface.metadata {
+        for (name, metadata) in recording_header.metadata {
             file.metadata(name, metadata)?;
         }
-        for (name, media_type, data) in preface.attachments {
+        for (name, media_type, data) in recording_header.attachments {
             let attachment = Attachment {
                 log_time: file.epoch,
                 create_time: file.epoch,

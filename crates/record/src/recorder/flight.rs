@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, OnceLock};
 
 use slate_blackboard::Stamp;
-use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::channel::StampedValue;
 use slate_runtime::configuration::Flight as Settings;
-use slate_runtime::recording::{Change, History, HistoryWish, Left, TakeValue};
+use slate_runtime::recording::{Change, History, HistoryRequest, Left, TakeValue};
 
 use super::channels::Channel;
 use super::hub::{ChannelFilter, FIRST_TOPIC_ID};
@@ -147,7 +147,7 @@ impl Flight {
     fn close(&mut self) {
         let next = self.spare.take().unwrap_or_default();
         let piece = std::mem::replace(&mut self.open, next);
-        // Time may have gone back, as when the agent went on from a snapshot; what is older then stays for its bytes.
+        // Time may have gone back, as when the agent continued from a snapshot; what is older then stays for its bytes.
         self.open.to = 0;
         self.bytes += piece.bytes.len();
         self.pieces.push_back(Arc::new(piece));
@@ -259,12 +259,12 @@ impl Captured {
     }
 
     /// Returns the requested history of the property at a path, if it is kept.
-    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Option<History> {
-        let own = self.channel(&wish.path)?;
+    pub fn history(&self, request: &HistoryRequest, take: &mut TakeValue<'_>) -> Option<History> {
+        let own = self.channel(&request.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
         let descriptor = own.descriptor;
         let is_own =
-            |channel: &Channel| channel.path == wish.path && channel.descriptor.hash == descriptor.hash;
+            |channel: &Channel| channel.path == request.path && channel.descriptor.hash == descriptor.hash;
         let ids = (0..).zip(&self.channels).filter(|(_, channel)| is_own(channel)).map(|(id, _)| id);
         let mut found: Vec<(ValueHead, &[u8])> = Vec::new();
         for id in ids {
@@ -273,13 +273,14 @@ impl Captured {
                 found.extend(piece.offsets(id).iter().filter_map(|offset| piece.at(*offset)));
             }
         }
-        found.retain(|(head, _)| wish.has(head.time, head.sequence));
+        found.retain(|(head, _)| request.has(head.time, head.sequence));
         // A reader that continues at one of them misses none.
         found.sort_by_key(|(head, _)| (head.time, head.sequence, head.id));
-        let chosen: Vec<_> = wish.places(found.len()).filter_map(|index| found.get(index).copied()).collect();
+        let chosen: Vec<_> =
+            request.places(found.len()).filter_map(|index| found.get(index).copied()).collect();
         let left = chosen.iter().position(|(head, bytes)| {
             let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
-            !take(descriptor, FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp })
+            !take(descriptor, StampedValue { bytes: bytes.to_vec(), items: head.items as usize, stamp })
         });
         let left = left.and_then(|index| {
             let (head, _) = chosen.get(index)?;
@@ -355,7 +356,7 @@ mod tests {
                 own.push((sequence, now));
                 let stamp = Stamp { sequence, time: now, generation: 0 };
                 flight.value(None, id, 0, stamp, &vec![sequence as u8; length]);
-                // What was captured before does not change what is kept.
+                // An earlier capture does not change the buffer.
                 let _held = captures.contains(&index).then(|| flight.capture(&[]));
             }
             prop_assert!(flight.extent().2 <= memory);
@@ -364,7 +365,7 @@ mod tests {
             for (id, own) in &written {
                 // Asked twice, as the first one makes the index.
                 for (from, to, most) in [(0, u64::MAX, 10_000), (now / 3, now / 2, 7)] {
-                    let wish = HistoryWish { path: format!("p{id}"), from, sequence: 0, to, most };
+                    let request = HistoryRequest { path: format!("p{id}"), from, sequence: 0, to, most };
                     let mut all = Vec::new();
                     captured.each(|_, head, bytes| {
                         if head.id == *id && (from..=to).contains(&head.time) {
@@ -373,13 +374,13 @@ mod tests {
                     });
                     prop_assert!(all.len() <= own.len());
                     let mut values = Vec::new();
-                    let chosen = captured.history(&wish, &mut |_, own| {
+                    let chosen = captured.history(&request, &mut |_, own| {
                         values.push((own.stamp.time, own.stamp.sequence, own.bytes.len()));
                         values.len() <= 5
                     });
                     let chosen = chosen.unwrap();
                     prop_assert_eq!(chosen.count, all.len());
-                    let wanted: Vec<_> = wish.places(all.len()).map(|index| all[index]).collect();
+                    let wanted: Vec<_> = request.places(all.len()).map(|index| all[index]).collect();
                     let first = wanted.get(5);
                     let left = first.map(|(time, sequence, _)| Left {
                         count: wanted.len() - 5,
@@ -390,7 +391,7 @@ mod tests {
                     prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
                     // A reader that continues there gets the rest, also of the same time, and nothing twice.
                     let Some(left) = left else { continue };
-                    let rest = HistoryWish { from: left.time, sequence: left.sequence, ..wish };
+                    let rest = HistoryRequest { from: left.time, sequence: left.sequence, ..request };
                     let mut values = Vec::new();
                     captured.history(&rest, &mut |_, own| {
                         values.push((own.stamp.time, own.stamp.sequence, own.bytes.len()));

@@ -8,16 +8,20 @@ use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
 use super::host::{AgentContent, Host};
-use super::run::{CONFIGURATION, Preface, inbox_url, stage_modules};
+use super::run::{CONFIGURATION, RecordingHeader, inbox_url, stage_modules};
 
 /// Returns the preface of a file with the last seconds.
 /// Changes within them are messages of the file.
-pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
-    let now = || host.preface(&AgentContent::of(composer), composer.board(), false, false);
+pub(super) fn recording_header(
+    host: &Host,
+    composer: &dyn RecordedAgent,
+    captured: &Captured,
+) -> RecordingHeader {
+    let now = || host.recording_header(&AgentContent::of(composer), composer.board(), false, false);
     let Some((began, first)) = &host.began else { return now() };
     // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.
     let known = if captured.past.has_new_code { None } else { changed(first, &captured.past) };
-    let mut preface = known.unwrap_or_else(now);
+    let mut recording_header = known.unwrap_or_else(now);
     let from_cycle = |(name, run): &(&str, BTreeMap<String, String>)| {
         (*name == "run").then(|| run.get("from_cycle")?.parse::<u64>().ok()).flatten()
     };
@@ -26,28 +30,29 @@ pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Capt
     // On the wall clock a cycle may have been left out, but never the first one.
     let since = since.checked_div(host.period).unwrap_or_default().max(1);
     let since = if captured.past.is_there { since } else { 0 };
-    for (_, run) in preface.metadata.iter_mut().filter(|(name, _)| *name == "run") {
+    for (_, run) in recording_header.metadata.iter_mut().filter(|(name, _)| *name == "run") {
         run.insert("from_cycle".into(), before.saturating_add(since).to_string());
     }
-    preface
+    recording_header
 }
 
 /// Returns the preface with the settings that were changed since the beginning.
 /// `None` if the result is not a valid configuration.
-fn changed(first: &Preface, past: &Past) -> Option<Preface> {
-    let mut preface = first.clone();
+fn changed(first: &RecordingHeader, past: &Past) -> Option<RecordingHeader> {
+    let mut recording_header = first.clone();
     if let Some(order) = past.stages.clone() {
-        let stages = preface.metadata.iter_mut().filter(|(name, _)| *name == "stages");
+        let stages = recording_header.metadata.iter_mut().filter(|(name, _)| *name == "stages");
         stages.for_each(|(_, stages)| *stages = stage_modules(order.clone()));
     }
     if past.settings.is_empty() {
-        return Some(preface);
+        return Some(recording_header);
     }
-    let (name, _, bytes) = preface.attachments.iter_mut().find(|(name, ..)| name == CONFIGURATION)?;
+    let (name, _, bytes) =
+        recording_header.attachments.iter_mut().find(|(name, ..)| name == CONFIGURATION)?;
     let text = merge_changes(&String::from_utf8_lossy(bytes), past);
     let current = configuration(name, &text, Vec::new()).ok()?.current();
     *bytes = text.into_bytes();
-    for (_, links) in preface.metadata.iter_mut().filter(|(name, _)| *name == "links") {
+    for (_, links) in recording_header.metadata.iter_mut().filter(|(name, _)| *name == "links") {
         let inboxes: BTreeSet<String> = links.values().cloned().collect();
         let entry = |link: &Link| {
             let (to, from) = (link.to.value.clone(), link.from.value.to_string());
@@ -59,7 +64,7 @@ fn changed(first: &Preface, past: &Past) -> Option<Preface> {
         };
         *links = current.links().iter().map(entry).collect();
     }
-    Some(preface)
+    Some(recording_header)
 }
 
 /// Returns the configuration with the changes, a line for each setting.

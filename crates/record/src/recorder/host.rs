@@ -9,7 +9,7 @@ use slate_runtime::log::Logger;
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::{Agent, WeakComposer};
 
-use super::run::{CONFIGURATION, Preface, stage_modules};
+use super::run::{CONFIGURATION, RecordingHeader, stage_modules};
 
 /// The agent that is recorded.
 pub(super) struct Host {
@@ -26,7 +26,7 @@ pub(super) struct Host {
     pub period: u64,
     /// Time and preface of the last seconds before any change.
     /// `None` if none are kept.
-    pub began: Option<(u64, Preface)>,
+    pub began: Option<(u64, RecordingHeader)>,
     /// Metadata of the run.
     pub run: BTreeMap<String, String>,
     /// Stored memories of modules at its beginning.
@@ -77,7 +77,13 @@ impl Host {
 
     /// Returns the preface of a file.
     /// `is_whole` says whether all is recorded, and `is_first` whether the recording covers the run from its start.
-    pub fn preface(&self, content: &AgentContent, board: &Board, is_whole: bool, is_first: bool) -> Preface {
+    pub fn recording_header(
+        &self,
+        content: &AgentContent,
+        board: &Board,
+        is_whole: bool,
+        is_first: bool,
+    ) -> RecordingHeader {
         let mut run = self.run.clone();
         run.insert("from_cycle".into(), content.cycles.to_string());
         run.insert("whole".into(), is_whole.to_string());
@@ -96,7 +102,7 @@ impl Host {
         let own = (CONFIGURATION.to_owned(), "application/toml", text);
         let others = self.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));
         let attachments = std::iter::once(own).chain(others).collect();
-        Preface { epoch: self.epoch, metadata, attachments }
+        RecordingHeader { epoch: self.epoch, metadata, attachments }
     }
 }
 

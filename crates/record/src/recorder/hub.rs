@@ -284,7 +284,7 @@ impl Hub {
             }
             let has_begun = self.reader.get().is_some();
             if needed > inlet.capacity() || inlet.capacity() < self.buffer || !has_begun {
-                // What is written before the file is open has to find room, as has the first value of a larger kind, and more than
+                // Values written before the file is open must fit, as must the first value of a larger kind, and more than
                 // was thought at the beginning.
                 let needed = needed.max(if has_begun { self.buffer / 2 } else { 0 });
                 let wanted = needed.saturating_mul(2).max(inlet.capacity().saturating_mul(2));
@@ -311,7 +311,7 @@ impl Hub {
     /// Returns the size of a ring for values of `needed` bytes and more.
     fn ring_size(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
-        // The recorder may have to wait for a processor while a camera goes on.
+        // The recorder may have to wait for a processor while a camera continues.
         let several = largest.saturating_mul(16).min(MAX_AMPLE_RING_SIZE);
         let begin = self.begin.load(Ordering::Relaxed);
         needed.max(begin).max(several).max(largest.saturating_mul(2)).min(MAX_RING_SIZE)
@@ -393,7 +393,7 @@ impl Drain {
         let mut index = 0;
         while index < self.rings.len() {
             let thread = self.rings[index].0;
-            // A thread goes on in a larger ring; what is in the one before comes first.
+            // A thread continues in a larger ring; what is in the one before comes first.
             if self.rings[..index].iter().any(|(own, _)| *own == thread) {
                 index += 1;
                 continue;

@@ -280,9 +280,10 @@ impl Recorder {
         let settings = self.state().settings.clone();
         let is_whole = selection::is_whole(&settings.selection);
         let host = self.host(agent);
-        let preface = host.preface(&self.first_content(agent), agent.board(), is_whole, true);
+        let recording_header =
+            host.recording_header(&self.first_content(agent), agent.board(), is_whole, true);
         let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
-        match File::create(writer, preface, limits) {
+        match File::create(writer, recording_header, limits) {
             Ok(file) => {
                 let progress = Progress::new(MAIN_RECORDING, path, agent.now());
                 self.state().first = Some(Arc::clone(&progress));
@@ -315,7 +316,7 @@ impl Recorder {
         let content = state.content.take();
         if state.settings.flight.enabled {
             let content = content.unwrap_or_else(|| Arc::new(AgentContent::of(&agent.composer())));
-            host.began = Some((agent.now(), host.preface(&content, agent.board(), false, false)));
+            host.began = Some((agent.now(), host.recording_header(&content, agent.board(), false, false)));
         }
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };

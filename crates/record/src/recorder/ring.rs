@@ -77,7 +77,7 @@ fn lines(capacity: usize) -> usize {
 /// The first values in it therefore cost no more than later ones.
 pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
     let (mut inlet, mut outlet) = ring(capacity);
-    // It has room, as it is empty and has as many slots.
+    // It has room: it is empty and has as many slots.
     while inlet.lines.push(RingLine::EMPTY).is_ok() {}
     while outlet.lines.pop().is_ok() {}
     for place in (0..capacity).step_by(PAGE_SIZE) {

@@ -17,7 +17,7 @@ pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
 
 /// The beginning of a file.
 #[derive(Clone)]
-pub(super) struct Preface {
+pub(super) struct RecordingHeader {
     /// Offset from the agent's time to that of the file, nanoseconds.
     pub epoch: u64,
     pub metadata: Vec<(&'static str, BTreeMap<String, String>)>,

@@ -15,11 +15,11 @@ use slate_runtime::recording::SavedFlight;
 
 use super::file::{File, Limits};
 use super::flight::Captured;
-use super::flight_preface::preface;
+use super::flight_preface::recording_header;
 use super::host::Host;
 use super::hub::Sink;
 use super::lock::lock;
-use super::run::Preface;
+use super::run::RecordingHeader;
 
 /// The last seconds that a trigger saves.
 pub(super) struct Save {
@@ -102,7 +102,7 @@ impl Saves {
 
     fn save(&self, save: &Save, most: u64) {
         let Some(composer) = self.host.composer.upgrade() else { return };
-        let preface = preface(&self.host, &composer, &save.captured);
+        let recording_header = recording_header(&self.host, &composer, &save.captured);
         drop(composer);
         let why = [
             ("trigger", save.trigger.name().to_owned()),
@@ -112,8 +112,8 @@ impl Saves {
         let (path, made) = self.create(save.trigger);
         let path = path.as_path();
         let saved = made.map_err(|error| error.to_string());
-        let saved =
-            saved.and_then(|disk| write(disk, path, preface, self.limits, &save.captured, why.into()));
+        let saved = saved
+            .and_then(|disk| write(disk, path, recording_header, self.limits, &save.captured, why.into()));
         let shown = slate_runtime::printable(path);
         match saved {
             Ok(saved) => {
@@ -122,7 +122,7 @@ impl Saves {
                 self.log(
                     Level::Info,
                     &format!(
-                        "the last {seconds:.1} s are saved in {shown}, as /{property} told of a {trigger}"
+                        "the last {seconds:.1} s are saved in {shown}, as /{property} reported a {trigger}"
                     ),
                 );
                 self.prune(save.trigger, path, most);
@@ -173,11 +173,11 @@ pub(super) fn save_to(
     limits: Limits,
     captured: &Captured,
 ) -> Result<SavedFlight, String> {
-    let preface = preface(host, composer, captured);
+    let recording_header = recording_header(host, composer, captured);
     let disk =
         OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| error.to_string())?;
     let why = [("trigger", "a tool".to_owned()), ("time_ns", host.now().to_string())];
-    write(disk, path, preface, limits, captured, why.into()).inspect_err(|_| {
+    write(disk, path, recording_header, limits, captured, why.into()).inspect_err(|_| {
         // The seconds are still in memory; the name must be free for another try.
         let _ = std::fs::remove_file(path);
     })
@@ -186,12 +186,12 @@ pub(super) fn save_to(
 fn write(
     disk: Disk,
     path: &Path,
-    preface: Preface,
+    recording_header: RecordingHeader,
     limits: Limits,
     captured: &Captured,
     why: BTreeMap<&str, String>,
 ) -> Result<SavedFlight, String> {
-    let mut file = File::create(Box::new(disk), preface, limits)?;
+    let mut file = File::create(Box::new(disk), recording_header, limits)?;
     captured.each(|is_before, head, bytes| {
         let channel = captured.channels.get(head.id as usize);
         let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };

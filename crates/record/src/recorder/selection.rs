@@ -93,7 +93,7 @@ impl Filter {
             return true;
         }
         if self.period > 0 && time < self.due {
-            // Time went back, as when an agent goes on from a snapshot.
+            // Time went back, as when an agent continues from a snapshot.
             if self.due - time <= self.period {
                 return false;
             }
@@ -107,7 +107,7 @@ impl Filter {
             last.clear();
             last.extend_from_slice(bytes);
         }
-        // On a grid, so that what comes at another rate is not recorded at a lower one than was asked for.
+        // On a grid, so that what comes at another rate is not recorded at a lower one than was requested.
         let next = self.due.saturating_add(self.period);
         self.due = if next > time { next } else { time.saturating_add(self.period) };
         true

@@ -292,7 +292,7 @@ impl ActiveRecording {
         self.file.write_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
         if self.is_file && !self.progress.path.is_file() {
-            return Err("its file is gone: it was removed or moved".into());
+            return Err("its file was removed or moved".into());
         }
         self.publish(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);

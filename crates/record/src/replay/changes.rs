@@ -257,7 +257,7 @@ pub(super) fn concerns(
         Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
             return plugins.contains(name);
         }
-        // What was sent to a gate and what came of it are compared, so it is stopped when it was.
+        // Commands and outputs of a gate are compared, so the rerun repeats its stops.
         Change::Stop { .. } | Change::Reset | Change::Arm { actuator: None } => return !gates.is_empty(),
         Change::Arm { actuator: Some(name) } => return gates.contains(name),
         _ => return false,
@@ -265,7 +265,7 @@ pub(super) fn concerns(
     if let Some((to, rest)) = link(path) {
         let owns = |path: &str| modules.iter().any(|module| path != module && is_within(path, module));
         return match rest.strip_prefix(".\"/") {
-            // Messages are those of who sends them.
+            // Messages belong to their sender.
             Some(sender) => owns(sender),
             // Without a link no module sends there.
             None if value.as_deref().is_none_or(|value| value == "false") => {

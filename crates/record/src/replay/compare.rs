@@ -106,7 +106,7 @@ impl Comparison {
 fn weaken_verdict(verdict: Verdict, unchecked: u64) -> Verdict {
     let doubt = |found: &dyn std::fmt::Display| {
         Verdict::NotCovered(format!(
-            "the recording was repaired, and no checksum says that {unchecked} of its messages are right: {found}"
+            "the recording was repaired, and {unchecked} of its messages have no checksum: {found}"
         ))
     };
     match verdict {

@@ -56,7 +56,7 @@ pub(super) struct Comparer {
 
 impl Drop for Comparer {
     fn drop(&mut self) {
-        // Whatever becomes of it, the run does not wait for it.
+        // The run does not wait for its result.
         self.hub.stop();
     }
 }
@@ -143,7 +143,7 @@ impl Comparer {
         }
     }
 
-    fn look(&mut self, channel: &Channel, id: u32, stamp: Stamp) -> Result<Option<Verdict>, Error> {
+    fn compare_value(&mut self, channel: &Channel, id: u32, stamp: Stamp) -> Result<Option<Verdict>, Error> {
         let path = channel.path.as_str();
         let different = |field: String, recorded: String, replayed: String| {
             let url = format!("/{path}");
@@ -204,7 +204,7 @@ impl Sink for Comparer {
         }
         self.scratch.clear();
         let found = match channel.encode(items, bytes, &mut self.scratch) {
-            Ok(()) => self.look(channel, id, stamp),
+            Ok(()) => self.compare_value(channel, id, stamp),
             Err(error) => Ok(Some(Verdict::NotCovered(error.to_string()))),
         };
         self.found = found.transpose();

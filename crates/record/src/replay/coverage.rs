@@ -58,7 +58,7 @@ impl Coverage {
             let path = channel.topic.trim_start_matches('/');
             let index = *self.indices.entry(path.to_owned()).or_insert(self.extents.len());
             if index == self.extents.len() {
-                // Of messages, those are not there that nobody has taken.
+                // Messages that were not taken are missing.
                 let is_counted = access != "messages";
                 self.extents.push(PropertyCoverage { is_counted, ..PropertyCoverage::default() });
             }

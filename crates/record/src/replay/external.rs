@@ -90,9 +90,9 @@ impl ExternalValues {
         while let Some(value) = self.waiting.pop_front_if(|value| value.time <= until) {
             let input = &self.inputs[value.input];
             let lost = |error: &dyn std::fmt::Display| {
-                format!("a value that came to /{input} from outside can't be set again: {error}")
+                format!("a value set from outside at /{input} can't be set again: {error}")
             };
-            let (property, _) = agent.board().get(input).ok_or_else(|| lost(&"the input is not there"))?;
+            let (property, _) = agent.board().get(input).ok_or_else(|| lost(&"the input does not exist"))?;
             // The rerun has the value of the configuration already.
             if property.channel().is_some_and(|channel| channel.published() >= value.sequence.into()) {
                 continue;

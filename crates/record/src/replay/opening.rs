@@ -16,7 +16,7 @@ use super::coverage::abbreviated_list;
 use super::external::{ExternalSelection, ExternalValues};
 use super::gap_check::GapCheck;
 use super::plan::{Plan, PlayError};
-use super::reel::Reel;
+use super::playback_reader::PlaybackReader;
 use super::run::{Run, Written};
 use super::timeline::Timeline;
 
@@ -87,7 +87,7 @@ impl Opening<'_> {
         }
         let left_out = timeline.left_out.iter().take(MAX_REASONS);
         let why: Vec<_> = left_out.map(|(topic, why)| format!("{topic}: {why}")).collect();
-        let why = if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
+        let why = if why.is_empty() { "it has no requested values".into() } else { why.join("; ") };
         Err(self.unfit(format!("nothing to play: {why}")))
     }
 
@@ -111,17 +111,17 @@ impl Opening<'_> {
     }
 
     /// Returns the part of the recorded configuration that runs.
-    pub fn excerpt(&self, reel: &Reel, is_whole: bool) -> Result<Excerpt, PlayError> {
+    pub fn excerpt(&self, playback: &PlaybackReader, is_whole: bool) -> Result<Excerpt, PlayError> {
         let Self { plan, run, configuration, .. } = self;
         if run.is_none() && configuration.modules().is_empty() && !plan.modules.is_empty() {
             let what =
                 "it has no configuration, so no module of it can run: it is not a recording of an agent";
             return Err(self.unfit(what));
         }
-        let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
+        let recorded = playback.timeline.tracks.iter().map(|track| track.path.clone()).collect();
         // Where all of what is recorded is there, an inbox without messages took none.
         let knows = run.is_some_and(Run::has_messages);
-        let mailboxes = &reel.timeline.mailboxes;
+        let mailboxes = &playback.timeline.mailboxes;
         let has_messages =
             |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
         let knows_senders = |path: &str| {
@@ -134,15 +134,21 @@ impl Opening<'_> {
 
     /// Returns the changes made while it was recorded.
     /// Requests of modules go to the reel.
-    pub fn changes(&self, reel: &mut Reel, excerpt: &Excerpt, begin: u64) -> Result<PastChanges, PlayError> {
+    pub fn changes(
+        &self,
+        playback: &mut PlaybackReader,
+        excerpt: &Excerpt,
+        begin: u64,
+    ) -> Result<PastChanges, PlayError> {
         let modules = &self.plan.modules;
         let (codes, gates) = (self.codes(), gates(&excerpt.text)?);
         let mut past = PastChanges::default();
-        for (time, PastChange { after: cycle, number, change }) in std::mem::take(&mut reel.timeline.changes)
+        for (time, PastChange { after: cycle, number, change }) in
+            std::mem::take(&mut playback.timeline.changes)
         {
             match played(change) {
                 Change::Asked { module, lines, answer } if modules.contains(&module) && time >= begin => {
-                    reel.requests.add(time, module, lines, answer);
+                    playback.requests.add(time, module, lines, answer);
                 }
                 // Before the first cycle is said how a recording came about, such as from a playback.
                 Change::Other { what } if cycle > 0 => {
@@ -175,7 +181,7 @@ impl Opening<'_> {
     /// It is an error if there are any, unless the plan permits that.
     pub fn misses(
         &self,
-        reel: &Reel,
+        playback: &PlaybackReader,
         excerpt: &Excerpt,
         lacks_changes: bool,
     ) -> Result<Vec<String>, PlayError> {
@@ -185,7 +191,7 @@ impl Opening<'_> {
                 .push("changes in them can't be repeated, as not every cycle before --start is known".into());
         }
         if let Some(run) = self.run {
-            let gap_check = GapCheck::new(run, &reel.timeline);
+            let gap_check = GapCheck::new(run, &playback.timeline);
             misses.extend(gap_check.missing_inputs(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
         }
         if !misses.is_empty() && !self.plan.modules.is_empty() && !self.plan.is_partial {
@@ -199,13 +205,13 @@ impl Opening<'_> {
     }
 
     /// Returns the properties of which not every value is recorded.
-    pub fn incomplete(&self, reel: &Reel) -> BTreeSet<String> {
-        self.run.map(|run| GapCheck::new(run, &reel.timeline).incomplete()).unwrap_or_default()
+    pub fn incomplete(&self, playback: &PlaybackReader) -> BTreeSet<String> {
+        self.run.map(|run| GapCheck::new(run, &playback.timeline).incomplete()).unwrap_or_default()
     }
 
     /// Replaces recorded outputs by the modules that run.
-    pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> ReplacedModules {
-        (reel.silent, reel.inboxes, reel.sender_only) =
+    pub fn replace(&self, playback: &mut PlaybackReader, excerpt: &Excerpt) -> ReplacedModules {
+        (playback.silent, playback.inboxes, playback.sender_only) =
             (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
         let mut sender_only = excerpt.deaf.clone();
         if !self.is_lockstep() {
@@ -215,9 +221,9 @@ impl Opening<'_> {
         }
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = self.run {
-            written = reel.replace(run, self.configuration, &self.plan.modules);
-            mailboxes = run.closed_mailboxes(&reel.timeline, &self.plan.modules);
-            let gap_check = GapCheck::new(run, &reel.timeline);
+            written = playback.replace(run, self.configuration, &self.plan.modules);
+            mailboxes = run.closed_mailboxes(&playback.timeline, &self.plan.modules);
+            let gap_check = GapCheck::new(run, &playback.timeline);
             mailboxes.retain(|path, _| !gap_check.is_ruled(path));
             sender_only.retain(|path, _| !gap_check.is_ruled(path));
             written.extend(mailboxes.clone());

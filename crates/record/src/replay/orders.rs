@@ -5,11 +5,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::Stamp;
-use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::channel::StampedValue;
 use slate_runtime::playback::{Order, PlaybackControl, PlaybackStatus};
-use slate_runtime::recording::{History, HistoryWish, Left, TakeValue};
+use slate_runtime::recording::{History, HistoryRequest, Left, TakeValue};
 
-use super::reel::SharedReel;
+use super::playback_reader::SharedPlaybackReader;
 use super::timeline::RecordedValue;
 use super::track::PropertyTrack;
 use crate::storage::Error;
@@ -26,15 +26,15 @@ const ORDER_TIMEOUT: Duration = Duration::from_secs(50);
 /// Sending end of the orders, with access to the recorded data.
 pub(super) struct OrderSender {
     orders: Mutex<Sender<PendingOrder>>,
-    reel: SharedReel,
+    playback: SharedPlaybackReader,
 }
 
 /// Receiving end of the orders.
 pub(super) struct OrderReceiver(Receiver<PendingOrder>);
 
-pub(super) fn orders(reel: &SharedReel) -> (OrderSender, OrderReceiver) {
+pub(super) fn orders(playback: &SharedPlaybackReader) -> (OrderSender, OrderReceiver) {
     let (sender, receiver) = channel();
-    (OrderSender { orders: Mutex::new(sender), reel: reel.clone() }, OrderReceiver(receiver))
+    (OrderSender { orders: Mutex::new(sender), playback: playback.clone() }, OrderReceiver(receiver))
 }
 
 impl OrderReceiver {
@@ -67,34 +67,38 @@ impl PlaybackControl for OrderSender {
         }
     }
 
-    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)> {
-        let is_meant = |track: &PropertyTrack| track.path == wish.path;
+    fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, (String, String)> {
+        let is_meant = |track: &PropertyTrack| track.path == request.path;
         let unknown = || {
             let help =
                 "GET /api/v1/properties lists the properties; those of the playback itself are not recorded";
-            (format!("no value of /{} is recorded", wish.path), help.to_owned())
+            (format!("no value of /{} is recorded", request.path), help.to_owned())
         };
         let anew = |error: Error| (error.to_string(), "play the file anew".to_owned());
         let (track, descriptor, numbers, (from, to)) = {
-            let mut reel = self.reel.get();
-            let timeline = &mut reel.timeline;
+            let mut playback = self.playback.get();
+            let timeline = &mut playback.timeline;
             let track = timeline.tracks.iter().position(is_meant).ok_or_else(unknown)?;
-            let first = timeline.number_from(track, wish.from, wish.sequence).map_err(anew)?;
-            let numbers = first..timeline.number_after(track, Some(wish.to)).max(first);
+            let first = timeline.number_from(track, request.from, request.sequence).map_err(anew)?;
+            let numbers = first..timeline.number_after(track, Some(request.to)).max(first);
             (track, timeline.tracks[track].form.descriptor, numbers, timeline.span().unwrap_or_default())
         };
-        let (mut left, count) = (None, wish.most.min(numbers.len()));
-        for (number, index) in wish.places(numbers.len()).enumerate() {
-            // Value by value, so that the playback goes on meanwhile; those that it needs stay in memory.
-            let mut reel = self.reel.get();
-            let timeline = &mut reel.timeline;
+        let (mut left, count) = (None, request.most.min(numbers.len()));
+        for (number, index) in request.places(numbers.len()).enumerate() {
+            // Value by value, so that the playback continues meanwhile; those that it needs stay in memory.
+            let mut playback = self.playback.get();
+            let timeline = &mut playback.timeline;
             let index = timeline.index(track, numbers.start + index);
             let value = index.map(|index| timeline.value_alone(index)).transpose();
             let value = value.map_err(anew)?;
-            drop(reel);
+            drop(playback);
             let Some(RecordedValue { bytes, items, sequence, time }) = value else { continue };
             let stamp = Stamp { sequence, time, generation: 0 };
-            if !take(descriptor, FrozenValue { bytes, items, stamp }) {
+            if !take(descriptor, StampedValue { bytes, items, stamp }) {
                 left = Some(Left { count: count - number, time, sequence });
                 break;
             }

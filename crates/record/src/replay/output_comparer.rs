@@ -12,8 +12,8 @@ use slate_runtime::playback::Excerpt;
 use slate_runtime::recording::{Change, Recording};
 
 use super::difference::{self, Difference};
+use super::playback_reader::{PlaybackReader, SharedPlaybackReader};
 use super::recomputed::{Recomputation, Recomputed};
-use super::reel::{Reel, SharedReel};
 use super::timeline::Timeline;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 use crate::storage::Error;
@@ -23,12 +23,12 @@ pub(super) struct OutputComparer {
     hub: Arc<Hub>,
     drain: Drain,
     /// The modules that are not looked at.
-    stand_ins: BTreeSet<String>,
+    service_stubs: BTreeSet<String>,
     comparer: ValueComparer,
 }
 
 struct ValueComparer {
-    reel: SharedReel,
+    playback: SharedPlaybackReader,
     /// Set if values of one time belong together.
     /// On the wall clock only their order assigns them.
     has_times: bool,
@@ -62,7 +62,7 @@ impl OutputComparer {
     /// are. `mailboxes` are those whose messages are compared, and `sender_only` those among them of which only the senders
     /// run. Modules of the `excerpt` that the recorded agent did not have are not compared.
     pub fn new(
-        reel: &SharedReel,
+        playback: &SharedPlaybackReader,
         is_whole: bool,
         incomplete: BTreeSet<String>,
         mailboxes: impl Iterator<Item = String>,
@@ -70,7 +70,7 @@ impl OutputComparer {
         excerpt: &Excerpt,
     ) -> Self {
         let mut tracks = BTreeMap::new();
-        let own = reel.get();
+        let own = playback.get();
         for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
             if !own.has_cycles && incomplete.contains(&own.timeline.tracks[track].path) {
                 continue;
@@ -101,7 +101,7 @@ impl OutputComparer {
         let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
         let comparer = ValueComparer {
             played: played.map(|(track, _)| track.path.clone()).collect(),
-            reel: reel.clone(),
+            playback: playback.clone(),
             has_times: own.has_cycles,
             fresh_from: own.timeline.span().filter(|span| span.0 < own.begin).map(|_| own.begin),
             is_whole,
@@ -118,12 +118,12 @@ impl OutputComparer {
         drop(own);
         let hub = Hub::new(Record::default().buffer);
         hub.add_recording(0, Box::new(|_| true));
-        Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
+        Self { hub, drain: Drain::default(), service_stubs: excerpt.service_stubs.clone(), comparer }
     }
 
     /// Returns the recording of the agent whose values are seen.
     pub fn recording(&self) -> Arc<dyn Recording> {
-        Arc::new(OutputTaps(Arc::clone(&self.hub), self.stand_ins.clone()))
+        Arc::new(OutputTaps(Arc::clone(&self.hub), self.service_stubs.clone()))
     }
 
     /// Compares the values written so far.
@@ -134,8 +134,8 @@ impl OutputComparer {
 
     /// Returns true if all values written until a time have come.
     pub fn has_all_until(&self, time: u64) -> bool {
-        let reel = self.comparer.reel.get();
-        let timeline = &reel.timeline;
+        let playback = self.comparer.playback.get();
+        let timeline = &playback.timeline;
         self.comparer.computed(timeline).all(|(track, next)| {
             let index = timeline.computed(track, next).map(|(index, _)| index);
             index.and_then(|index| timeline.time(index)).is_none_or(|next| next > time)
@@ -144,8 +144,8 @@ impl OutputComparer {
 
     /// Returns true if a property was written in nearly each cycle of that period.
     pub fn has_cyclic_property(&self, period: u64) -> bool {
-        let reel = self.comparer.reel.get();
-        let timeline = &reel.timeline;
+        let playback = self.comparer.playback.get();
+        let timeline = &playback.timeline;
         self.comparer.computed(timeline).any(|(track, _)| {
             let count = timeline.tracks[track].values.len();
             let time = |number: usize| timeline.time(timeline.index(track, number)?);
@@ -164,17 +164,17 @@ impl OutputComparer {
     pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
         self.compare_values()?;
         let comparer = &mut self.comparer;
-        let reel = comparer.reel.clone();
-        let mut reel = reel.get();
+        let playback = comparer.playback.clone();
+        let mut playback = playback.get();
         for (path, (track, next)) in comparer.tracks.clone() {
-            if reel.timeline.is_compared(track) {
+            if playback.timeline.is_compared(track) {
                 // A property that nothing was written to is there too.
                 comparer.of(&path);
-                comparer.skip_missing(&mut reel, &path, track, next, |time| time <= end)?;
+                comparer.skip_missing(&mut playback, &path, track, next, |time| time <= end)?;
             }
         }
         for (path, indices) in comparer.messages.clone() {
-            let times = indices.into_iter().map(|index| reel.timeline.messages[index].time);
+            let times = indices.into_iter().map(|index| playback.timeline.messages[index].time);
             for time in times.filter(|time| *time <= end) {
                 comparer.note_missing_message(&path, time);
             }
@@ -182,7 +182,7 @@ impl OutputComparer {
         for (path, indices) in comparer.sent.clone() {
             // There were none is something to know too.
             comparer.of(&path);
-            for time in indices.into_iter().map(|index| reel.timeline.messages[index].sent) {
+            for time in indices.into_iter().map(|index| playback.timeline.messages[index].sent) {
                 if time <= end {
                     comparer.note_missing_message(&path, time);
                 }
@@ -209,8 +209,8 @@ struct OutputTaps(Arc<Hub>, BTreeSet<String>);
 
 impl Taps for OutputTaps {
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
-        let Self(hub, stand_ins) = self;
-        let is_meant = !stand_ins.iter().any(|module| is_within(property.path(), module));
+        let Self(hub, service_stubs) = self;
+        let is_meant = !service_stubs.iter().any(|module| is_within(property.path(), module));
         is_meant.then(|| hub.tap(property)).flatten()
     }
 }
@@ -245,16 +245,16 @@ impl ValueComparer {
     /// Returns the next one.
     fn skip_missing(
         &mut self,
-        reel: &mut Reel,
+        playback: &mut PlaybackReader,
         path: &str,
         track: usize,
         mut next: usize,
         is_missed: impl Fn(u64) -> bool,
     ) -> Result<usize, Error> {
-        while let Some((index, number)) = reel.timeline.computed(track, next)
-            && let Some(time) = reel.timeline.time(index).filter(|time| is_missed(*time))
+        while let Some((index, number)) = playback.timeline.computed(track, next)
+            && let Some(time) = playback.timeline.time(index).filter(|time| is_missed(*time))
         {
-            let sequence = reel.timeline.value(index)?.sequence;
+            let sequence = playback.timeline.value(index)?.sequence;
             self.of(path).only_recorded += 1;
             self.note_difference(Difference {
                 time,
@@ -276,7 +276,7 @@ impl ValueComparer {
         if channel.descriptor.name == "ModuleState"
             && self.fresh_from.is_some_and(|begin| stamp.time <= begin)
         {
-            // That it runs is told where it begins.
+            // Its run is reported where it begins.
             return Ok(());
         }
         let Some((track, next)) = self.tracks.get(path).copied() else {
@@ -286,17 +286,18 @@ impl ValueComparer {
             }
             return Ok(());
         };
-        let reel = self.reel.clone();
-        let mut reel = reel.get();
+        let playback = self.playback.clone();
+        let mut playback = playback.get();
         let has_times = self.has_times;
         let mut next =
-            self.skip_missing(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
-        let index = reel.timeline.computed(track, next);
-        let index = index.filter(|(index, _)| !has_times || reel.timeline.time(*index) == Some(stamp.time));
+            self.skip_missing(&mut playback, path, track, next, |time| has_times && time < stamp.time)?;
+        let index = playback.timeline.computed(track, next);
+        let index =
+            index.filter(|(index, _)| !has_times || playback.timeline.time(*index) == Some(stamp.time));
         if let Some((index, number)) = index {
             next = number + 1;
-            let recorded = reel.timeline.value(index)?;
-            let form = &reel.timeline.tracks[track].form;
+            let recorded = playback.timeline.value(index)?;
+            let form = &playback.timeline.tracks[track].form;
             if form.descriptor.hash != channel.descriptor.hash {
                 self.of(path).different += 1;
                 self.note_difference(Difference {
@@ -367,10 +368,10 @@ impl ValueComparer {
     ) -> Result<(), Error> {
         let path = channel.path.as_str();
         let Some(mut indices) = self.messages.remove(path) else { return Ok(()) };
-        let reel = self.reel.clone();
-        let mut reel = reel.get();
+        let playback = self.playback.clone();
+        let mut playback = playback.get();
         let has_times = self.has_times;
-        let time = |index: &usize| reel.timeline.messages[*index].time;
+        let time = |index: &usize| playback.timeline.messages[*index].time;
         while let Some(missed) = indices.pop_front_if(|index| has_times && time(index) < stamp.time) {
             self.note_missing_message(path, time(&missed));
         }
@@ -380,7 +381,7 @@ impl ValueComparer {
             self.note_extra_message(path, stamp.time);
             return Ok(());
         };
-        let (recorded, _) = reel.timeline.message(index)?;
+        let (recorded, _) = playback.timeline.message(index)?;
         self.compare_bytes((path, channel.descriptor), stamp.time, &recorded, channel.value(items, bytes));
         Ok(())
     }
@@ -402,10 +403,10 @@ impl ValueComparer {
     fn compare_sent(&mut self, path: &str, time: u64, bytes: &[u8]) -> Result<(), Error> {
         let Some(descriptor) = self.sender_only.get(path).copied() else { return Ok(()) };
         let mut indices = self.sent.remove(path).unwrap_or_default();
-        let reel = self.reel.clone();
-        let mut reel = reel.get();
+        let playback = self.playback.clone();
+        let mut playback = playback.get();
         let has_times = self.has_times;
-        let sent = |index: &usize| reel.timeline.messages[*index].sent;
+        let sent = |index: &usize| playback.timeline.messages[*index].sent;
         while let Some(missed) = indices.pop_front_if(|index| has_times && sent(index) < time) {
             self.note_missing_message(path, sent(&missed));
         }
@@ -414,7 +415,7 @@ impl ValueComparer {
         self.sent.insert(path.to_owned(), indices);
         match index {
             Some(index) => {
-                let (recorded, _) = reel.timeline.message(index)?;
+                let (recorded, _) = playback.timeline.message(index)?;
                 self.compare_bytes((path, descriptor), time, &recorded, bytes);
             }
             None if was_last => self.unreceived.push((path.to_owned(), time)),

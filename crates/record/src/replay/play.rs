@@ -46,7 +46,7 @@ impl Player {
     ///
     /// # Errors
     /// As [`run`](Player::run).
-    #[allow(clippy::disallowed_methods, reason = "what is measured is shown on the wall clock")]
+    #[allow(clippy::disallowed_methods, reason = "wall-clock measurements are not replayed")]
     pub fn run_with(
         &mut self,
         agent: &mut Agent,
@@ -63,7 +63,7 @@ impl Player {
             is_whole: false,
         };
         if self.bounds.0 > self.span.0 {
-            self.reel.get().jump(self.bounds.0)?;
+            self.playback.get().jump(self.bounds.0)?;
         }
         let mut shown = Instant::now();
         while !stop.load(Ordering::Relaxed) {
@@ -96,7 +96,7 @@ impl Player {
                 agent.publish_timing();
             }
         }
-        let values = self.reel.get().values;
+        let values = self.playback.get().values;
         let time = position.time.saturating_sub(self.span.0);
         Ok(PlayedRun { values, cycles: position.cycles, time, is_whole: position.is_whole })
     }
@@ -104,7 +104,7 @@ impl Player {
     /// Returns true if nothing is left before the end.
     fn is_over(&self, position: &PlaybackPosition) -> bool {
         let end = position.section.map_or(self.bounds.1, |section| section.to);
-        position.has_begun && self.reel.get().following(position.time).is_none_or(|next| next > end)
+        position.has_begun && self.playback.get().following(position.time).is_none_or(|next| next > end)
     }
 
     fn cycle(
@@ -121,7 +121,7 @@ impl Player {
         });
         if let Some(stages) = orders.next_back() {
             let stages: Vec<_> = stages.iter().map(|(_, modules)| modules.clone()).collect();
-            self.reel.get().assign_positions(&stages, &self.plan.modules);
+            self.playback.get().assign_positions(&stages, &self.plan.modules);
         }
         while let Err(reason) = make_until(agent, &mut self.changes, until, &moment) {
             self.misses.push(reason);
@@ -139,18 +139,20 @@ impl Player {
         (position.cycles, position.has_begun) = (position.cycles + 1, true);
         position.time = agent.now();
         self.reached = position.time;
-        let sent = self.reel.get().take_sent(position.time);
+        let sent = self.playback.get().take_sent(position.time);
         if let Some(output_comparer) = &mut self.output_comparer {
             output_comparer.compare_values()?;
             output_comparer.compare_sent_messages(sent)?;
         }
-        let mut reel = self.reel.get();
-        reel.check()?;
-        while let Some(line) = reel.timeline.lines.get(self.line).filter(|line| line.time <= position.time) {
+        let mut playback = self.playback.get();
+        playback.check()?;
+        while let Some(line) =
+            playback.timeline.lines.get(self.line).filter(|line| line.time <= position.time)
+        {
             agent.logger().log_recorded(&line.module, line.time, line.level, &line.text);
             self.line += 1;
         }
-        drop(reel);
+        drop(playback);
         on_cycle(agent);
         Ok(())
     }
@@ -190,9 +192,9 @@ impl Player {
         if !agent.jump(time) {
             return Ok(false);
         }
-        let mut reel = self.reel.get();
-        reel.jump(time)?;
-        self.line = reel.timeline.lines.partition_point(|line| line.time <= time);
+        let mut playback = self.playback.get();
+        playback.jump(time)?;
+        self.line = playback.timeline.lines.partition_point(|line| line.time <= time);
         (position.time, position.has_begun) = (time, true);
         Ok(true)
     }
@@ -284,7 +286,7 @@ impl Player {
             is_paused: position.is_paused,
             rate: position.rate,
             section: position.section.map(|own| LoopSection { from: after(own.from), to: after(own.to) }),
-            values: self.reel.get().values,
+            values: self.playback.get().values,
             modules: self.plan.modules.iter().cloned().collect(),
         }
     }

@@ -17,8 +17,8 @@ use super::opening::{Opening, PastChanges, ReplacedModules, with_libraries};
 use super::orders::{OrderReceiver, OrderSender, orders};
 use super::output_comparer::{BothRecordings, OutputComparer};
 use super::plan::{Plan, PlayError};
+use super::playback_reader::{PlaybackReader, SharedPlaybackReader};
 use super::recomputed::Recomputation;
-use super::reel::{Reel, SharedReel};
 use super::run::{Run, Written};
 use crate::recorder::CONFIGURATION;
 use crate::storage::Error;
@@ -33,7 +33,7 @@ pub struct Player {
     pub(super) plan: Plan,
     text: String,
     pub(super) misses: Vec<String>,
-    pub(super) reel: SharedReel,
+    pub(super) playback: SharedPlaybackReader,
     order_sender: Arc<OrderSender>,
     pub(super) orders: OrderReceiver,
     /// The first and the last time of the file, and those between which it is played.
@@ -91,29 +91,29 @@ impl Player {
         let (timeline, span) = opening.timeline()?;
         let bounds = opening.bounds(&timeline, span)?;
         let cycles = run.as_ref().filter(|_| is_lockstep).map(Run::cycles);
-        let mut reel = Reel::new(timeline, cycles, bounds.0);
-        let has_all = |run: &Run| run.has_all_of(&reel.timeline.coverage);
+        let mut playback = PlaybackReader::new(timeline, cycles, bounds.0);
+        let has_all = |run: &Run| run.has_all_of(&playback.timeline.coverage);
         let is_whole = run.as_ref().is_some_and(has_all) && plan.choice.is_all();
-        let excerpt = opening.excerpt(&reel, is_whole)?;
-        let PastChanges { mut changes, unrepeated } = opening.changes(&mut reel, &excerpt, bounds.0)?;
+        let excerpt = opening.excerpt(&playback, is_whole)?;
+        let PastChanges { mut changes, unrepeated } = opening.changes(&mut playback, &excerpt, bounds.0)?;
         // Cycles are counted from the beginning of the run.
         let before = run.as_ref().map_or(0, |run| run.cycles_before(span.0, full.period().value));
-        let skipped = before + reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
-        let is_each_known = !is_lockstep || bounds.0 == span.0 || reel.is_each_known;
-        let misses = opening.misses(&reel, &excerpt, !is_each_known && !changes.is_empty())?;
+        let skipped = before + playback.timeline.times.partition_point(|time| *time < bounds.0) as u64;
+        let is_each_known = !is_lockstep || bounds.0 == span.0 || playback.is_each_known;
+        let misses = opening.misses(&playback, &excerpt, !is_each_known && !changes.is_empty())?;
         if !is_each_known {
             changes.clear();
         }
-        let incomplete = opening.incomplete(&reel);
-        let ReplacedModules { written, mailboxes, sender_only } = opening.replace(&mut reel, &excerpt);
+        let incomplete = opening.incomplete(&playback);
+        let ReplacedModules { written, mailboxes, sender_only } = opening.replace(&mut playback, &excerpt);
         let mut unheard = excerpt.outboxes.clone();
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !sender_only.contains_key(to));
         let external = opening.external()?;
-        let reel = SharedReel::new(reel);
+        let playback = SharedPlaybackReader::new(playback);
         let output_comparer = (!plan.modules.is_empty()).then(|| {
-            OutputComparer::new(&reel, is_whole, incomplete, mailboxes.into_keys(), sender_only, &excerpt)
+            OutputComparer::new(&playback, is_whole, incomplete, mailboxes.into_keys(), sender_only, &excerpt)
         });
-        let (order_sender, orders) = orders(&reel);
+        let (order_sender, orders) = orders(&playback);
         Ok(Self {
             file: path.into(),
             run,
@@ -121,7 +121,7 @@ impl Player {
             plan,
             text: excerpt.text,
             misses,
-            reel,
+            playback,
             order_sender: Arc::new(order_sender),
             orders,
             span,
@@ -156,7 +156,7 @@ impl Player {
     /// Returns the playback of the agent.
     /// It is for [`Options::playback`](slate_runtime::Options::playback).
     pub fn playback(&self) -> Box<dyn Playback> {
-        Box::new(self.reel.clone())
+        Box::new(self.playback.clone())
     }
 
     /// Returns the recording of the agent, which observes the outputs of modules.
@@ -179,12 +179,12 @@ impl Player {
         let mut outcome =
             self.output_comparer.as_mut().map(|output_comparer| output_comparer.outcome(end)).transpose()?;
         if let Some(outcome) = &mut outcome {
-            let mut reel = self.reel.get();
-            if let Some((requests, first)) = reel.requests.outcome(end) {
-                self.written.insert(requests.url[1..].to_owned(), reel.requests.askers.clone());
+            let mut playback = self.playback.get();
+            if let Some((requests, first)) = playback.requests.outcome(end) {
+                self.written.insert(requests.url[1..].to_owned(), playback.requests.askers.clone());
                 outcome.add(requests, first);
             }
-            drop(reel);
+            drop(playback);
             outcome.unheard = self.unheard.clone();
             outcome.unrepeated = self.unrepeated.clone();
             outcome.has_threads = self.run.as_ref().is_some_and(Run::has_threads);
@@ -218,7 +218,7 @@ impl Player {
 
     /// Topics that are not played, and why.
     pub fn left_out(&self) -> Vec<(String, String)> {
-        self.reel.get().timeline.left_out.clone()
+        self.playback.get().timeline.left_out.clone()
     }
 
     /// Inputs of the modules that run that are not recorded, in words.
@@ -228,8 +228,8 @@ impl Player {
 
     /// Remarks for the user, each with its topic.
     pub fn remarks(&self) -> Vec<(String, String)> {
-        let reel = self.reel.get();
-        let remarks = reel.timeline.tracks.iter().map(|track| (&track.topic, &track.form.remark));
+        let playback = self.playback.get();
+        let remarks = playback.timeline.tracks.iter().map(|track| (&track.topic, &track.form.remark));
         let remarks = remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?)));
         let configuration = self.foreign.iter().map(|reason| {
             let remark =
@@ -246,14 +246,14 @@ impl Player {
         if self.run.is_some() {
             return Vec::new();
         }
-        let reel = self.reel.get();
-        let back = reel.timeline.tracks.iter().filter(|track| track.backwards > 0);
+        let playback = self.playback.get();
+        let back = playback.timeline.tracks.iter().filter(|track| track.backwards > 0);
         back.map(|track| (track.topic.clone(), track.backwards)).collect()
     }
 
     /// Returns the number of played properties, and the recording's duration, ns.
     pub fn extent(&self) -> (usize, u64) {
-        (self.reel.properties().len(), self.bounds.1 - self.bounds.0)
+        (self.playback.properties().len(), self.bounds.1 - self.bounds.0)
     }
 }
 

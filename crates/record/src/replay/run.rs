@@ -38,7 +38,7 @@ pub struct Run {
     files: Vec<(String, Vec<u8>)>,
     /// Number of messages without a checksum in a repaired file.
     unchecked: u64,
-    /// Properties never written until the recording ended, as far as it is known.
+    /// Properties never written until the recording ended, as far as known.
     unwritten: Texts,
     /// Set if the recording is of the last seconds, which were kept in memory.
     is_flight: bool,
@@ -68,7 +68,7 @@ impl Run {
         let mut run = Self::head(reader)?;
         if run.about.is_empty() {
             return Err(unfit(
-                "it says nothing of its run, so it is not a recording of an agent; `slate bag info` says what it is",
+                "it has no record of its run, so it is not a recording of an agent; `slate bag info` describes it",
             ));
         }
         let unread = || unfit("a change in it can't be read: another version of Slate has written it");
@@ -180,7 +180,7 @@ impl Run {
     }
 
     /// Returns the number of cycles before the one of the first value.
-    /// If a recording begins while the agent runs, the time of that value gives it, because cycles went on while its
+    /// If a recording begins while the agent runs, the time of that value gives it, because cycles continued while its
     /// file was created.
     pub(super) fn cycles_before(&self, first: u64, period: u64) -> u64 {
         let is_late = !["", "0"].contains(&self.about("from_cycle"));
@@ -341,14 +341,14 @@ impl Run {
         let incomplete =
             incomplete.map(|(path, own)| format!("/{path} ({} of {} values)", own.count, own.written));
         let incomplete: Vec<_> = incomplete.collect();
-        let mut told = String::new();
+        let mut remarks = String::new();
         if !absent.is_empty() {
-            told += &format!("; of what modules read, nothing is in it of {}", abbreviated_list(&absent));
+            remarks += &format!("; of what modules read, nothing is in it of {}", abbreviated_list(&absent));
         }
         if !incomplete.is_empty() {
-            told += &format!("; not all is in it of {}", abbreviated_list(&incomplete));
+            remarks += &format!("; not all is in it of {}", abbreviated_list(&incomplete));
         }
-        told
+        remarks
     }
 
     /// Returns the reason why the file lacks a part of the run, if it does.

@@ -311,7 +311,7 @@ impl Timeline {
     pub fn number_from(&mut self, track: usize, time: u64, sequence: u64) -> Result<usize, Error> {
         let mut first = self.number_after(track, time.checked_sub(1));
         let mut end = if sequence > 0 { self.number_after(track, Some(time)) } else { first };
-        // Along a track they rise. An entry does not have its own, as hardly anybody asks for it.
+        // Along a track they rise. An entry does not have its own, as hardly anybody requests it.
         while first < end {
             let middle = first + (end - first) / 2;
             let index = self.tracks[track].values[middle] as usize;

@@ -38,7 +38,7 @@ fn messages(
 ) -> Result<ChannelTreatment, String> {
     let path = message.channel.topic.trim_start_matches('/');
     let sender = message.channel.metadata.get("sender").and_then(|sender| sender.parse().ok());
-    let sender = sender.ok_or("its channel says no number of the sender")?;
+    let sender = sender.ok_or("its channel has no sender number")?;
     let index = match mailboxes.iter().position(|mailbox| mailbox.path == path) {
         Some(index) => index,
         None => {

@@ -44,7 +44,7 @@ impl MessageEncoder<'_> {
         };
         let unknown = entries.and_then(|entries| entries.keys().find(|key| !record.names.contains(key)));
         if let Some(unknown) = unknown {
-            let reason = format!("is not there; {} has {}", record.name, record.names.join(", "));
+            let reason = format!("does not exist; {} has {}", record.name, record.names.join(", "));
             return Err(wrong(&joined(path, unknown), reason));
         }
         if record.types.is_empty() {

@@ -58,7 +58,7 @@ impl DefinitionFiles {
     /// Reads a `.msg`, `.srv` or `.action` file.
     /// Without `name`, its type is that of its path, `PACKAGE/msg/NAME.msg`.
     ///
-    /// Messages in it are looked for in the same file (each behind a line of `=` and `MSG: package/Name`), beside it
+    /// Messages in it are searched for in the same file (each behind a line of `=` and `MSG: package/Name`), beside it
     /// (`NAME.msg`), below the same root (`PACKAGE/msg/NAME.msg`), and among those that are built in.
     ///
     /// # Errors

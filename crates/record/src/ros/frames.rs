@@ -70,7 +70,7 @@ pub struct FrameTransform {
     pub parent: String,
     /// Name of the child frame.
     pub child: String,
-    /// x, y and z, metres.
+    /// x, y and z, meters.
     pub translation: [f64; 3],
     /// Rotation as a unit quaternion: x, y, z and w.
     pub rotation: [f64; 4],
@@ -83,7 +83,7 @@ pub struct PublishedTransform {
     pub parent: String,
     /// Name of the child frame.
     pub child: String,
-    /// x, y and z, metres.
+    /// x, y and z, meters.
     pub translation: [f64; 3],
     /// Rotation as a unit quaternion: x, y, z and w.
     pub rotation: [f64; 4],

@@ -64,7 +64,7 @@ pub(super) fn decompress(
         other => return Err(format!("unknown compression `{other}`: expected lz4 or zstd")),
     };
     match out.len() as u64 - before {
-        found if found > most => Err(format!("it has more than the {most} bytes of records that it says")),
+        found if found > most => Err(format!("it has more than the declared {most} bytes of records")),
         _ if !left.is_empty() => Err(format!("{} bytes follow its {compression} records", left.len())),
         _ => Ok(()),
     }

@@ -87,7 +87,7 @@ impl Outline {
             };
             let Some(frame) = frame else {
                 self.cut = Some(offset);
-                self.doubt(chunk_crcs, attachment_crcs);
+                self.mark_unverified(chunk_crcs, attachment_crcs);
                 return Ok(());
             };
             let damaged = |what: String| source.damaged(frame.offset, what);
@@ -124,7 +124,7 @@ impl Outline {
                     let recorded = end.data_section_crc;
                     return match recorded {
                         0 => {
-                            self.doubt(chunk_crcs, attachment_crcs);
+                            self.mark_unverified(chunk_crcs, attachment_crcs);
                             Ok(())
                         }
                         _ if crc == recorded => Ok(()),
@@ -158,7 +158,7 @@ impl Outline {
     }
 
     /// Notes the parts without a checksum when the data section has none.
-    fn doubt(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
+    fn mark_unverified(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
         self.unchecked.extend((!has_chunk_crcs).then_some("chunks"));
         self.unchecked.extend((!has_attachment_crcs).then_some("attachments"));
         self.unchecked.extend(self.is_loose.then_some("records outside of chunks"));

@@ -385,13 +385,11 @@ impl<R: Read + Seek> Reader<R> {
             .map_err(damaged)?;
         if self.records.len() as u64 != chunk.uncompressed_size {
             let (found, said) = (self.records.len(), chunk.uncompressed_size);
-            return Err(damaged(format!("there are {found} bytes of records and should be {said}")));
+            return Err(damaged(format!("found {found} bytes of records, expected {said}")));
         }
         let (said, found) = (chunk.uncompressed_crc, crc32fast::hash(&self.records));
         if said != 0 && said != found {
-            return Err(damaged(format!(
-                "the checksum of the records is {found:08x} and should be {said:08x}"
-            )));
+            return Err(damaged(format!("the checksum of the records is {found:08x}, expected {said:08x}")));
         }
         Ok((chunk.message_start_time, chunk.message_end_time))
     }
@@ -473,7 +471,7 @@ impl<R: Read + Seek> Reader<R> {
             return damaged("the statistics count other schemas or channels than there are");
         }
         if times != self.times.unwrap_or_default() {
-            return damaged("the statistics say other times than the messages have");
+            return damaged("the statistics have other times than the messages");
         }
         Ok(())
     }

@@ -78,7 +78,7 @@ pub struct Lost {
 ///
 /// All chunks whose checksum is right are kept byte for byte, the records of a last chunk that was not finished,
 /// attachments whose checksum is right, and metadata; indexes, statistics and checksums are made anew. The old file
-/// stays as it is until the new one is whole and on the disk.
+/// remains unchanged until the new one is complete on the disk.
 ///
 /// # Errors
 /// When a file can't be read or written, or was never an MCAP file.
@@ -161,7 +161,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     }
 
     /// Counts messages that no checksum of their own covers.
-    fn doubt(&mut self, messages: u64) {
+    fn mark_unverified(&mut self, messages: u64) {
         self.repaired.unchecked += if self.is_covered { 0 } else { messages };
     }
 
@@ -237,14 +237,14 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             return Ok(Err("no record follows where it should end".into()));
         }
         let checked = match frame.opcode {
-            // Nobody writes that; an index of a chunk looks so when a bit of it is wrong.
+            // No writer writes that; it is an index of a chunk with a wrong bit.
             MessageRecord::OPCODE if self.repaired.chunks > 0 && !self.is_covered => {
                 Err("a message stands outside of the chunks".into())
             }
             Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
                 return match self.keep_loose(frame.opcode, body)? {
                     Ok(messages) => {
-                        self.doubt(messages);
+                        self.mark_unverified(messages);
                         Ok(Ok(RepairStep::On(frame.end())))
                     }
                     Err(what) => Ok(Err(what)),
@@ -435,14 +435,14 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 self.repaired.chunks += 1;
                 self.repaired.messages += content.messages();
                 if head.uncompressed_crc == 0 {
-                    self.doubt(content.messages());
+                    self.mark_unverified(content.messages());
                 }
             }
             // Its definition is lost, or it was written wrong.
             Err(what) => {
                 let messages = self.keep_records(&records)?;
                 if head.uncompressed_crc == 0 {
-                    self.doubt(messages);
+                    self.mark_unverified(messages);
                 }
                 self.lose(offset, end, format!("{what}; {messages} messages of the chunk are kept"));
             }

@@ -21,7 +21,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Selects the topics that match one of these patterns; all if there are none.
+    /// Selects the topics that match one of these patterns; all without patterns.
     /// Patterns are such as `/r2/*` or `/**/timing`, or just a topic.
     pub fn new(topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { topics: topic_filters(topics), ..Self::default() }

@@ -47,7 +47,7 @@ impl Summary {
             match frame.opcode {
                 Footer::OPCODE => {
                     let footer: Footer = source.parse(frame, body)?;
-                    // Some writers say where the first record would be when there is none.
+                    // Some writers give the place of the first record also without records.
                     let is_empty = groups.is_empty() && offsets.is_empty();
                     let is_start = footer.summary_start == start && !is_empty
                         || footer.summary_start == 0 && groups.is_empty();
@@ -55,7 +55,7 @@ impl Summary {
                     if !is_start
                         || recorded != offsets_start && (recorded, offsets.is_empty()) != (frame.offset, true)
                     {
-                        let what = "the footer says that the summary is somewhere else than it is";
+                        let what = "the footer has a wrong position of the summary";
                         return Err(source.damaged(frame.offset, what));
                     }
                     summary.crc = footer.summary_crc;
@@ -97,8 +97,8 @@ impl Summary {
             offsets.iter().find(|offset| !is_right(offset))
         {
             let what = format!(
-                "it says that the summary has {group_length} bytes of records of opcode {group_opcode:#04x} at byte \
-                 {group_start}, and that is wrong"
+                "its summary offset is wrong: {group_length} bytes of records of opcode {group_opcode:#04x} at \
+                 byte {group_start}"
             );
             return Err(source.damaged(offsets_start, what));
         }

@@ -167,7 +167,7 @@ impl Value {
         }
     }
 
-    /// Returns a pose in the plane: x and y in metres and the heading in radians.
+    /// Returns a pose in the plane: x and y in meters and the heading in radians.
     /// The value is a pose in the plane or in space, by itself or in an odometry or a stamped pose.
     pub fn pose(&self) -> Option<[f64; 3]> {
         for group in ["", "pose/"] {

@@ -5,16 +5,16 @@ use super::Route;
 /// Time for which a route must hold for its change to last, nanoseconds.
 const MIN_ROUTE_DURATION: u64 = 200_000_000;
 
-/// Distance within which a robot stays at a place, metres.
+/// Distance within which a robot stays at a place, meters.
 const MAX_STAY_DISTANCE: f64 = 0.05;
 
 /// Lasting route changes of a robot, and its share of reactive distance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RouteTally {
     position: Option<[f64; 2]>,
-    /// Distance, metres.
+    /// Distance, meters.
     length: f64,
-    /// Distance on the reactive route, metres.
+    /// Distance on the reactive route, meters.
     reactive: f64,
     /// The route of the newest lasting change.
     lasting: Option<Route>,
@@ -27,7 +27,7 @@ pub struct RouteTally {
 }
 
 impl RouteTally {
-    /// Adds the position, metres, and the route at a time, nanoseconds.
+    /// Adds the position, meters, and the route at a time, nanoseconds.
     /// The time rises from call to call.
     ///
     /// Without a route no action runs: a pause between two actions of one route is no change.
@@ -55,7 +55,7 @@ impl RouteTally {
     }
 
     /// Returns the position where the robot stays within 0.05 m, and since when.
-    /// The position in metres, the time in nanoseconds.
+    /// The position in meters, the time in nanoseconds.
     pub fn stays(&self) -> Option<([f64; 2], u64)> {
         self.stays
     }
@@ -70,7 +70,7 @@ impl RouteTally {
         self.changes
     }
 
-    /// Returns the distance driven, metres.
+    /// Returns the distance driven, meters.
     pub fn distance(&self) -> f64 {
         self.length
     }

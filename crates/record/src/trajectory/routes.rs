@@ -5,7 +5,7 @@ use super::{Route, RouteTally, Sample};
 pub struct RouteUse {
     /// Time from the first sample to the last, seconds.
     pub duration: f64,
-    /// Distance driven, metres.
+    /// Distance driven, meters.
     pub distance: f64,
     /// Number of route changes, as sampled.
     pub changes: usize,

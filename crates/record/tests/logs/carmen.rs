@@ -147,7 +147,7 @@ fn said(log: &str) -> Vec<Vec<&str>> {
 }
 
 #[test]
-fn what_was_a_log_of_carmen_becomes_the_same_log_again() {
+fn carmen_log_round_trips() {
     let folder = folder("carmen-again");
     let path = write(&folder, "a.log", LOG);
     let again = exported(&path);

@@ -51,5 +51,5 @@ fn an_offset_that_contradicts_the_summary_is_reported() {
     let crc = bytes.len() - 8 - 4;
     bytes[crc..crc + 4].fill(0);
     let error = Reader::new(std::io::Cursor::new(bytes), "x").map(drop).unwrap_err().to_string();
-    assert!(error.contains("it says that the summary has 0 bytes of records of opcode 0x0d"), "{error}");
+    assert!(error.contains("its summary offset is wrong: 0 bytes of records of opcode 0x0d"), "{error}");
 }

@@ -67,7 +67,7 @@ fn sweeps_go_counter_clockwise_whichever_way_the_laser_turns() {
 }
 
 #[test]
-fn an_interface_that_nobody_knows_is_kept_as_bytes_and_told() {
+fn unknown_interface_is_kept_as_bytes_and_reported() {
     let (imported, messages) = files::import(&written().join("own.log"), &STRICT);
     assert_eq!(imported.unread.keys().collect::<Vec<_>>(), ["the fields of OwnInterface, kept as bytes"]);
     // Its number is behind the time.

@@ -191,7 +191,7 @@ fn each_of_several_robots_keeps_its_frames_and_poses() {
         fixed: true.into(),
     };
     values.add("/r2/camera/mount", 0, &mount);
-    // Beside a sensor's topic: its values are told in that frame.
+    // Beside a sensor's topic: its values are in that frame.
     let mount = Transform { child: "range".into(), ..mount };
     values.add("/simulator/r2/range_mount", 0, &mount);
     values.add("/simulator/r2/range", 0, &Echo { range: 1.5, ..Echo::default() });
@@ -221,7 +221,7 @@ fn each_of_several_robots_keeps_its_frames_and_poses() {
     let export = RosExport { pose: Some("/referee/pose"), ..RosExport::default() };
     let error = export_ros(&own, &Selection::default(), &export, &out).unwrap_err().to_string();
     assert!(error.contains("`/referee/pose` names none of its robots: r1, r2"), "{error}");
-    // Nobody need say which they are where their true places are recorded.
+    // They need no names where their true poses are recorded.
     for robots in [&robots[..], &[]] {
         let export = RosExport { robots, ..RosExport::default() };
         let log = export_ros(&own, &Selection::default(), &export, &out).unwrap();

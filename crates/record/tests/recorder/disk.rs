@@ -1,4 +1,4 @@
-//! Disks that are slow, full, stand still, or are none.
+//! Slow, full, stuck and missing disks.
 
 use std::io::{self, Cursor, Write};
 use std::path::Path;
@@ -36,7 +36,7 @@ fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {
 }
 
 #[test]
-fn on_the_wall_clock_nobody_waits_and_drops_are_counted() {
+fn wall_clock_recording_never_waits_and_counts_drops() {
     let small =
         "buffer = \"1KiB\"\nchunk = \"1KiB\"\nselect = [\"/counter/**\"]\nexclude = [\"/**/histogram\"]";
     let (mut agent, recorder, _) = agent(!LOCKSTEP, small);
@@ -75,7 +75,7 @@ impl Write for Slow {
 }
 
 #[test]
-fn who_is_told_that_something_was_changed_finds_it_in_the_file() {
+fn acknowledged_change_is_in_the_file() {
     let (mut agent, recorder, _) = agent(!LOCKSTEP, "");
     let bytes = Bytes::default();
     recorder.begin_with(&agent, Path::new("here"), Box::new(Slow(bytes.clone())));
@@ -251,7 +251,7 @@ fn in_lockstep_the_last_seconds_exist_while_waiting_for_a_disk() {
 }
 
 #[test]
-fn a_recording_whose_file_somebody_has_removed_is_none() {
+fn recording_with_removed_file_fails() {
     let (mut agent, recorder, _) = agent(LOCKSTEP, "");
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("removed.mcap");
     recorder.begin(&agent, &path);

@@ -1,4 +1,4 @@
-//! What a recording promises to the robot and to whoever reads it, with files that are slow, full, or fail.
+//! Promises of a recording to the robot and to readers, with slow, full and failing files.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod disk;

@@ -25,7 +25,7 @@ pub struct Number {
 #[ports]
 pub struct CounterIo {
     number: Output<Number>,
-    /// Made only for who looks.
+    /// Written only for readers.
     half: Debug<Number>,
 }
 
@@ -98,7 +98,7 @@ impl Write for Stuck {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.writes += 1;
         if self.writes > 1 {
-            // It may for good when nobody can say so any more.
+            // It may forever when no sender is left.
             let _ = self.may.recv();
         }
         self.bytes.write(bytes)

@@ -59,7 +59,7 @@ fn numbers(path: &Path, topic: &str) -> Vec<Written> {
 }
 
 #[test]
-fn values_of_older_edition_are_played_and_told() {
+fn values_of_older_edition_are_played_and_reported() {
     let old = of_first_edition("edition-play.mcap");
     assert_eq!(numbers(&old, "/back/sum"), values(&file("new-edition-play.mcap"), "/back/sum"));
     let mut player = Player::open(&old, &plugins(), Plan::default()).unwrap();
@@ -77,7 +77,7 @@ fn values_of_older_edition_are_played_and_told() {
 }
 
 #[test]
-fn modules_of_older_edition_do_not_run_and_why_is_said() {
+fn modules_of_older_edition_are_refused_with_reason() {
     let old = of_first_edition("edition-run.mcap");
     let plan = Plan { modules: ["back".into()].into(), ..Plan::default() };
     let error = Player::open(&old, &plugins(), plan).unwrap_err();

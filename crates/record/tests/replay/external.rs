@@ -195,7 +195,7 @@ fn only_inputs_without_a_link_are_filled_from_outside() {
         let gone = ExternalValue { input: "front/gone".into(), ..external(0.0) };
         let results = composer.set_external(vec![wrong, external(1.0), gone]);
         assert!(matches!(&results[..], [Err(_), Ok(()), Err(_)]), "{results:?}");
-        // A tool would be overwritten, and nobody would see by whom.
+        // A tool's value would be overwritten without a trace.
         let (property, _) = composer.board().get(INPUT).unwrap();
         let tool = property.set("value", &Value::Float(2.0), 0).unwrap_err();
         assert!(tool.to_string().contains("ros2:/other"), "{tool}");

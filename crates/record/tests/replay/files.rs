@@ -31,7 +31,7 @@ fn scan<'a>(topic: &'a str, values: Vec<(u64, Vec<u8>)>) -> Foreign<'a> {
 }
 
 #[test]
-fn a_file_of_somebody_else_is_played_as_it_describes_itself() {
+fn foreign_file_is_played_by_its_own_description() {
     let start = 1_700_000_000_000_000_000;
     let values =
         (0..5).map(|n| (start + n * 100_000_000, reading(&"x".repeat(n as usize), n as f64))).collect();
@@ -50,7 +50,7 @@ fn a_file_of_somebody_else_is_played_as_it_describes_itself() {
 }
 
 #[test]
-fn what_can_not_be_played_is_left_out_and_told() {
+fn unplayable_values_are_skipped_and_reported() {
     let wide = Foreign {
         kind: "other_msgs/msg/Wide",
         text: "wstring text\n",

@@ -88,7 +88,7 @@ fn last_seconds_begin_with_the_configuration_of_their_start() {
     let text = Run::read(&path).unwrap().configuration(Vec::new()).unwrap().current();
     let link = text.links().iter().find(|link| link.to.value == "scale/number").unwrap();
     assert_eq!(link.from.value.to_string(), "/front/sum");
-    // It begins with what was there when it was asked for, however late the thread is that writes it.
+    // It begins with what was there when it was requested, however late the thread is that writes it.
     assert_eq!(values(&later, "/scale/scaled")[0].1, 120_000_000);
     [path, later].iter().for_each(|path| made_again(path));
 }

@@ -1,17 +1,17 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::channel::StampedValue;
 use slate_blackboard::interface::Descriptor;
 use slate_record::bag::Compression;
 use slate_record::replay::{Plan, Player};
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
-use slate_runtime::recording::{HistoryWish, Left};
+use slate_runtime::recording::{HistoryRequest, Left};
 
 use crate::replay::support::{Foreign, foreign_in, load, plugins, recorded};
 
 const MS: u64 = 1_000_000;
 
-/// Ends a playback, also when what is asked of it is not so.
+/// Ends a playback, also after a failed assertion.
 struct End<'a>(&'a AtomicBool);
 
 impl Drop for End<'_> {
@@ -35,7 +35,7 @@ fn a_playback_steps_seeks_and_goes_in_circles() {
                 |path: &str| board.read(path).unwrap().map(|(value, stamp)| (value.as_f64().unwrap(), stamp));
             assert!(order(Order::Status).is_paused);
             assert_eq!(read("source/number/value"), None);
-            // Also before the first cycle, a step goes on from where it was sent.
+            // Also before the first cycle, a step continues from where it was sent.
             assert_eq!(order(Order::Seek(100 * MS)).time, 100 * MS);
             assert_eq!(order(Order::Step(1)).time, 110 * MS);
             assert_eq!(read("source/number/value").unwrap().0, 12.0);
@@ -129,28 +129,28 @@ fn pages() -> Foreign<'static> {
 }
 
 #[test]
-fn what_is_asked_of_the_past_is_read_alone_and_checked() {
+fn history_query_reads_only_its_range() {
     for compression in [Compression::None, Compression::Lz4] {
         let path = foreign_in(compression, "past.mcap", &[pages()]);
         let player = Player::open(&path, &plugins(), Plan::default()).unwrap();
         let control = player.control();
         let past = |most| {
-            let wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most };
+            let request = HistoryRequest { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most };
             let mut letters = Vec::new();
             // Behind the length of the text.
-            let mut take = |_: &'static Descriptor, value: FrozenValue| {
+            let mut take = |_: &'static Descriptor, value: StampedValue| {
                 letters.push(value.bytes[4]);
                 true
             };
-            let past = control.history(&wish, &mut take).map_err(|(wrong, _)| wrong)?;
+            let past = control.history(&request, &mut take).map_err(|(wrong, _)| wrong)?;
             assert_eq!((past.left, past.count), (None, 26));
             Ok::<_, String>(letters)
         };
         assert_eq!(past(100), Ok((b'a'..=b'z').collect()));
-        // Who has enough is told where to go on.
-        let wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
+        // A limited answer says where to continue.
+        let request = HistoryRequest { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
         let mut taken = 0;
-        let past_of_some = control.history(&wish, &mut |_, value| {
+        let past_of_some = control.history(&request, &mut |_, value| {
             taken += value.bytes.len();
             taken < 100_000
         });
@@ -182,11 +182,12 @@ fn continuing_among_values_of_one_time_misses_and_repeats_none() {
     let player = Player::open(&path, &plugins(), Plan::default()).unwrap();
     let control = player.control();
     for size in 1..=9 {
-        let mut wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
+        let mut request =
+            HistoryRequest { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
         let mut letters = Vec::new();
         loop {
             let mut room = size;
-            let mut take = |_: &'static Descriptor, value: FrozenValue| {
+            let mut take = |_: &'static Descriptor, value: StampedValue| {
                 let has_room = room > 0;
                 room -= usize::from(has_room);
                 if has_room {
@@ -194,8 +195,8 @@ fn continuing_among_values_of_one_time_misses_and_repeats_none() {
                 }
                 has_room
             };
-            let Some(left) = control.history(&wish, &mut take).unwrap().left else { break };
-            (wish.from, wish.sequence) = (left.time, left.sequence);
+            let Some(left) = control.history(&request, &mut take).unwrap().left else { break };
+            (request.from, request.sequence) = (left.time, left.sequence);
         }
         assert_eq!(letters, (b'a'..=b'z').collect::<Vec<_>>(), "{size} at once");
     }

@@ -81,13 +81,13 @@ fn topics_are_chosen_and_played_elsewhere() {
 }
 
 #[test]
-fn what_is_played_at_the_end_is_what_was_there_at_the_end() {
+fn playback_ends_with_final_recorded_values() {
     let (played, outcome, _) = play(&recorded("end.mcap"), Plan::default());
     assert!(played.is_whole && outcome.is_none());
     assert_eq!((played.cycles, played.time), (30, 290_000_000));
 }
 
-/// On the wall clock nobody knows the cycles, but every value is there, with its number and when it was written.
+/// On the wall clock the cycles are unknown, but every value is recorded, with its number and time.
 #[test]
 fn a_run_on_the_wall_clock_is_played_too() {
     let path = file("wall.mcap");

@@ -50,7 +50,7 @@ fn another_parameter_gives_another_value_and_the_first_is_named() {
 }
 
 #[test]
-fn what_was_changed_while_it_was_recorded_is_changed_again() {
+fn replay_repeats_recorded_changes() {
     let path = file("changed.mcap");
     record(&path, ROBOT, |agent, cycle| {
         let database = agent.database().unwrap();
@@ -95,7 +95,7 @@ fn late_modules_begin_with_fresh_state_and_their_parameters() {
 }
 
 #[test]
-fn what_nobody_ever_wrote_was_not_lost() {
+fn unwritten_values_do_not_count_as_lost() {
     let path = file("unwritten.mcap");
     let robot = ROBOT.replace("first = 20.0", "first = 1000.0");
     let robot =
@@ -112,7 +112,7 @@ fn what_nobody_ever_wrote_was_not_lost() {
 }
 
 #[test]
-fn what_was_recomputed_is_recorded_beside_what_was_played() {
+fn recomputed_values_are_recorded_beside_played_ones() {
     let (path, again) = (recorded("before.mcap"), file("after.mcap"));
     let plan = Plan { sets: vec!["modules.back.params.gain=3.0".into()], ..plan(&["back"]) };
     let mut player = Player::open(&path, &plugins(), plan).unwrap();
@@ -163,7 +163,7 @@ fn modules_run_on_missing_inputs_only_on_request() {
         record(&path, &text, |_, _| {});
         let (refused, ..) = lacking(&path, &["gatherer"]);
         assert!(refused.contains(words), "{refused}");
-        // Who writes it reads all that it did, and what is there of it is the same.
+        // Its writer has all its inputs, and the recorded part is the same.
         let outcome = play(&path, plan(&["source"])).1.unwrap();
         assert_eq!((outcome.first, outcome.unseen), (None, Vec::new()));
     }

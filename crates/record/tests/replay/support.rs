@@ -144,7 +144,7 @@ pub struct SeenIo {
     seen: Output<Number>,
 }
 
-/// Says which values it sees, whether they are new to it, and whether who writes them is well.
+/// Publishes which values it sees, whether they are new, and whether their writer works.
 pub struct Seen;
 
 #[module(stage = Think, on = number)]
@@ -287,7 +287,7 @@ pub fn values(path: &Path, topic: &str) -> Vec<Written> {
     all
 }
 
-/// A file of somebody else: topics, each with type, definition, encoding and values.
+/// A foreign file: topics, each with type, definition, encoding and values.
 pub struct Foreign<'a> {
     pub topic: &'a str,
     pub kind: &'a str,

@@ -37,7 +37,7 @@ proptest! {
         prop_assert_eq!(decode(descriptor, &encoded(descriptor, &bytes)).unwrap(), bytes);
     }
 
-    /// What is read from a damaged message is one value, whoever reads it.
+    /// A damaged message decodes to the same value for every reader.
     #[test]
     fn a_damaged_message_is_refused_or_is_another_value(
         descriptor in any_interface(), seed: u64, at: prop::sample::Index, bits in 1..=u8::MAX, cut: prop::sample::Index,

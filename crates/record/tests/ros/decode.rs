@@ -160,7 +160,7 @@ fn a_scan_of_another_program_has_its_ranges_as_the_tail() {
 }
 
 #[test]
-fn what_has_no_room_in_the_interface_is_refused_by_its_field() {
+fn oversized_field_is_refused_by_name() {
     let refused = |descriptor, message: &[u8], wanted: &str| {
         let error = standard(descriptor).unwrap().decode(message).unwrap_err();
         assert!(matches!(error, Error::Field { .. }) && error.to_string().contains(wanted), "{error}");

@@ -52,7 +52,7 @@ fn messages_inside_follow() {
 }
 
 #[test]
-fn what_ros_would_not_have_is_made_so_that_it_has() {
+fn names_are_adapted_to_ros() {
     let definition = definition(&ODD);
     assert_eq!(definition.name, "slate_msgs/msg/OddOne");
     let lines: Vec<_> = definition.text.lines().filter(|line| !line.starts_with('#')).collect();

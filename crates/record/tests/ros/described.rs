@@ -47,9 +47,9 @@ fn is_empty(value: &Value) -> bool {
 }
 
 proptest! {
-    /// Whoever knows a message's definition alone sees what is in it.
+    /// A message can be read from its definition alone.
     #[test]
-    fn what_a_definition_describes_is_a_value_with_the_same_fields(
+    fn defined_message_is_value_with_same_fields(
         descriptor in any_interface(), values in prop::collection::vec((0..4_usize, any::<u64>()), 1..4),
     ) {
         let definition = definition(descriptor);

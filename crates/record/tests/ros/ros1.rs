@@ -56,7 +56,7 @@ fn a_scan_lies_as_ros_1_has_it() {
 }
 
 #[test]
-fn what_is_no_message_is_refused_with_its_place() {
+fn invalid_message_is_refused_with_place() {
     let standard = standard_in(ROS1, Pose2::DESCRIPTOR).unwrap();
     let mut pose = Pose2 { x: 1.0, y: 2.0, theta: 3.0 };
     let mut message = Vec::new();

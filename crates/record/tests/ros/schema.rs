@@ -255,8 +255,8 @@ fn a_message_is_made_of_a_value_without_types() {
     // What is no number stays none.
     assert_eq!(again(&json!({ "number": null }))["number"], Json::Null);
     let wrong = [
-        (json!({ "of": 1 }), "`of` of the message is not there; a/Outer has on, small"),
-        (json!({ "inner": { "word": 1 } }), "`inner.word` of the message is not there"),
+        (json!({ "of": 1 }), "`of` of the message does not exist; a/Outer has on, small"),
+        (json!({ "inner": { "word": 1 } }), "`inner.word` of the message does not exist"),
         (json!({ "small": 128 }), "`small` of the message is a int8, found 128"),
         (json!({ "large": -1 }), "`large` of the message is a uint64, found -1"),
         (json!({ "on": 1 }), "`on` of the message is true or false, found 1"),

@@ -39,7 +39,7 @@ fn fields(definition: &Definition) -> Vec<&str> {
 }
 
 #[test]
-fn what_is_there_for_the_layout_alone_is_not_shown() {
+fn padding_fields_are_not_shown() {
     let shown = |definition: &Definition| Shown::of(definition).unwrap().unwrap().definition().clone();
     // What the compiler leaves between fields is not even in the whole message.
     assert!(Shown::of(&definition(Image::DESCRIPTOR)).unwrap().is_none());
@@ -105,7 +105,7 @@ fn a_message_of_what_is_shown_holds_what_the_whole_one_shows() {
             encode(descriptor, &value(descriptor, 2, seed), &mut message).unwrap();
             shown.encode(&message, &mut left).unwrap();
             let (one, other) = (looked.decode(&message).unwrap(), alone.decode(&left).unwrap());
-            // Numbers that are none differ from themselves.
+            // NaNs differ from themselves.
             let without = |text: String| text.replace("{ structure_needs_at_least_one_member = 0 }", "{ }");
             assert_eq!(without(one.to_string()), without(other.to_string()), "{}", descriptor.name);
             assert!(left.len() <= message.len());

@@ -256,7 +256,7 @@ fn bodies_distances_and_missions_have_messages_of_their_kind() {
 }
 
 #[test]
-fn what_a_battery_does_not_measure_is_not_a_number() {
+fn unmeasured_battery_values_are_nan() {
     let battery = message(Battery::DESCRIPTOR, View::of(&mut Battery { voltage: 12.5 }).bytes());
     let number = |name: &str| battery.get(name).unwrap().as_f64().unwrap();
     assert_eq!(number("voltage"), 12.5);

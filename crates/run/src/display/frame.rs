@@ -7,7 +7,7 @@ use slate_record::Scene;
 
 use super::history::{RobotTrack, RunEvent, SeenRun};
 use super::map::{CharacterMap, CharacterMark, arrow};
-use super::styled::{StyledLine, route_colour};
+use super::styled::{StyledLine, route_color};
 
 /// Minimum and maximum rows of the map, without its frame.
 /// Fewer rows show nothing.
@@ -84,7 +84,7 @@ fn newest(seen: &SeenRun, count: usize) -> impl Iterator<Item = &RunEvent> {
 pub fn event(event: &RunEvent) -> StyledLine {
     let mut line = StyledLine::default();
     line.push(format!("{:7.1} s  ", event.time as f64 * 1e-9), Some(Color::DarkGrey));
-    line.push(event.text.clone(), route_colour(event.route));
+    line.push(event.text.clone(), route_color(event.route));
     line
 }
 
@@ -128,7 +128,7 @@ pub fn robot(name: &str, track: &RobotTrack, has_pose: bool, columns: usize) -> 
     if !track.waiting.is_empty() {
         let _ = write!(doing, "  waiting: {}", track.waiting.join(" | "));
     }
-    line.push(doing.trim_end().to_owned(), route_colour(now.route));
+    line.push(doing.trim_end().to_owned(), route_color(now.route));
     line
 }
 
@@ -140,20 +140,20 @@ fn marks(seen: &SeenRun, scene: &Scene) -> Vec<CharacterMark> {
             x: *x,
             y: *y,
             text: "·".into(),
-            colour: route_colour(*route),
+            color: route_color(*route),
         }));
     }
     marks.extend(scene.goals.iter().map(|goal| CharacterMark {
         x: goal.x,
         y: goal.y,
         text: "×".into(),
-        colour: Some(Color::Green),
+        color: Some(Color::Green),
     }));
     for (name, track) in &seen.robots {
         let now = &track.now;
         let label: String = name.chars().take(3).collect();
         let text = format!("{}{label}", arrow(now.theta));
-        marks.push(CharacterMark { x: now.x, y: now.y, text, colour: route_colour(now.route) });
+        marks.push(CharacterMark { x: now.x, y: now.y, text, color: route_color(now.route) });
     }
     marks
 }

@@ -13,7 +13,7 @@ const MAX_EVENTS: usize = 64;
 /// Maximum number of points of a trail; the oldest is dropped first.
 const MAX_POINTS: usize = 400;
 
-/// Distance between points of a trail, metres.
+/// Distance between points of a trail, meters.
 const POINT_SPACING: f64 = 0.1;
 
 /// Time over which a speed is measured, nanoseconds of the agent's time.
@@ -33,7 +33,7 @@ pub struct RobotTrack {
     pub now: RobotNow,
     /// Speed, m/s.
     pub speed: Option<f64>,
-    /// Distance to the goal, metres.
+    /// Distance to the goal, meters.
     pub goal_distance: Option<f64>,
     /// Actions that wait for their turn.
     pub waiting: Vec<String>,
@@ -58,7 +58,7 @@ pub struct SeenRun {
 
 impl SeenRun {
     /// Looks at the robots and the mission once more.
-    pub fn look(&mut self, observation: &Observation, time: u64) {
+    pub fn update(&mut self, observation: &Observation, time: u64) {
         self.time = time;
         let mut new = Vec::new();
         for robot in &observation.robots {

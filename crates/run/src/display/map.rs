@@ -16,7 +16,7 @@ pub struct CharacterMap {
     columns: usize,
     rows: usize,
     minimum: [f64; 2],
-    /// Height of a character, metres.
+    /// Height of a character, meters.
     height: f64,
     fixed: Vec<char>,
 }
@@ -26,7 +26,7 @@ pub struct CharacterMark {
     pub x: f64,
     pub y: f64,
     pub text: String,
-    pub colour: Option<Color>,
+    pub color: Option<Color>,
 }
 
 impl CharacterMap {
@@ -98,7 +98,7 @@ impl CharacterMap {
         for mark in marks {
             let Some((column, row)) = self.cell(mark.x, mark.y) else { continue };
             for (place, sign) in mark.text.chars().enumerate().take(self.columns - column) {
-                cells[row * self.columns + column + place] = (sign, mark.colour);
+                cells[row * self.columns + column + place] = (sign, mark.color);
             }
         }
         let edge = |left: char, right: char| {
@@ -152,7 +152,7 @@ mod tests {
             ..Scene::default()
         };
         let map = CharacterMap::new(&scene, 80, 4).unwrap();
-        let robot = CharacterMark { x: 3.1, y: 3.1, text: arrow(1.6).to_string(), colour: None };
+        let robot = CharacterMark { x: 3.1, y: 3.1, text: arrow(1.6).to_string(), color: None };
         let drawn: Vec<_> = map.draw(&[robot]).iter().map(|line| line.render(80, false)).collect();
         assert_eq!(drawn[1], "│      ↑ │");
         assert!(drawn[3].starts_with("│  ██"), "{drawn:?}");

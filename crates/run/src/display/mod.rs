@@ -97,21 +97,21 @@ struct RunView {
 }
 
 impl RunView {
-    fn look(&mut self) {
+    fn update(&mut self) {
         let time = (self.clock)();
-        self.seen.look(&self.observation, time);
+        self.seen.update(&self.observation, time);
         self.pace.note(now(), time);
     }
 
     /// Draws frames over each other; log lines scroll away above them.
     fn show_frames(&mut self, stop: &AtomicBool) {
         let mut out = std::io::stdout();
-        let has_colour = output::has_colour(&out);
+        let has_color = output::has_color(&out);
         let mut drawn = 0;
         let mut laid_out: Option<((u16, u16, usize), FrameLayout)> = None;
         loop {
             let is_last = stop.load(Ordering::Acquire);
-            self.look();
+            self.update();
             let (columns, rows) = size().unwrap_or((80, 24));
             let key = (columns.max(20), rows.max(4), self.seen.robots.len());
             let (_, layout) = match laid_out.take() {
@@ -129,12 +129,12 @@ impl RunView {
             let fresh = self.log.fresh();
             if !fresh.is_empty() {
                 let _ = queue!(out, Clear(ClearType::FromCursorDown));
-                fresh.iter().for_each(|record| output::line(log_line(record, has_colour)));
+                fresh.iter().for_each(|record| output::line(log_line(record, has_color)));
             }
             drawn = lines.len() as u16;
             for line in lines {
                 // A line that wraps could not be drawn over.
-                let _ = write!(out, "{}", line.render(layout.columns - 1, has_colour));
+                let _ = write!(out, "{}", line.render(layout.columns - 1, has_color));
                 // Not all at once before, as that flickers.
                 let _ = queue!(out, Clear(ClearType::UntilNewLine));
                 let _ = writeln!(out);
@@ -154,7 +154,7 @@ impl RunView {
         let (mut last_event, mut due) = (0, now());
         loop {
             let is_last = stop.load(Ordering::Acquire);
-            self.look();
+            self.update();
             for own in self.seen.events_from(last_event) {
                 output::line(frame::event(own).render(usize::MAX, false));
             }
@@ -204,11 +204,11 @@ fn nap(period: Duration, stop: &AtomicBool) {
     }
 }
 
-/// Returns a line of the log, coloured by level.
-fn log_line(record: &Record, has_colour: bool) -> String {
+/// Returns a line of the log, colored by level.
+fn log_line(record: &Record, has_color: bool) -> String {
     let text = record.to_string();
     match record.level {
-        _ if !has_colour => text,
+        _ if !has_color => text,
         Level::Error => text.red().to_string(),
         Level::Warn => text.yellow().to_string(),
         _ => text,

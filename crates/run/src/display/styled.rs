@@ -1,11 +1,11 @@
-//! Lines of coloured text.
+//! Lines of colored text.
 
 use std::fmt::Write;
 
 use crossterm::style::{Color, Stylize};
 use slate_record::Route;
 
-/// Line that consists of spans of one colour each.
+/// Line that consists of spans of one color each.
 #[derive(Clone, Debug, Default)]
 pub struct StyledLine {
     spans: Vec<(String, Option<Color>)>,
@@ -14,10 +14,10 @@ pub struct StyledLine {
 
 impl StyledLine {
     /// Appends text.
-    pub fn push(&mut self, text: impl Into<String>, colour: Option<Color>) {
+    pub fn push(&mut self, text: impl Into<String>, color: Option<Color>) {
         let text = text.into();
         self.width += text.chars().count();
-        self.spans.push((text, colour));
+        self.spans.push((text, color));
     }
 
     /// Appends another line.
@@ -38,14 +38,14 @@ impl StyledLine {
         }
     }
 
-    /// Returns the first `columns` columns, with colours if wanted.
-    pub fn render(&self, columns: usize, has_colour: bool) -> String {
+    /// Returns the first `columns` columns, with colors if wanted.
+    pub fn render(&self, columns: usize, has_color: bool) -> String {
         let (mut text, mut left) = (String::new(), columns);
-        for (span, colour) in &self.spans {
+        for (span, color) in &self.spans {
             let cut: String = span.chars().take(left).collect();
             left -= cut.chars().count();
-            let _ = match colour.filter(|_| has_colour && !cut.trim().is_empty()) {
-                Some(colour) => write!(text, "{}", cut.with(colour)),
+            let _ = match color.filter(|_| has_color && !cut.trim().is_empty()) {
+                Some(color) => write!(text, "{}", cut.with(color)),
                 None => write!(text, "{cut}"),
             };
         }
@@ -53,8 +53,8 @@ impl StyledLine {
     }
 }
 
-/// Returns the colour of a route, as in reports and the web console.
-pub fn route_colour(route: Option<Route>) -> Option<Color> {
+/// Returns the color of a route, as in reports and the web console.
+pub fn route_color(route: Option<Route>) -> Option<Color> {
     match route? {
         Route::Deliberative => Some(Color::Red),
         Route::Reactive => Some(Color::Blue),

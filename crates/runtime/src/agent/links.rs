@@ -16,7 +16,7 @@ use slate_configuration::{
     Change, Configuration, Database, Diagnostic, ExternalDirection, ExternalLink, ExternalUrl, Link,
     Proposal, Report,
 };
-use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
+use slate_configuration::{ErrorCode, TEAM, link_setting, sender_setting};
 
 /// Link to be made while the agent runs.
 ///
@@ -137,9 +137,9 @@ impl<'c> LinkEditor<'c> {
         let composition = self.agent.composition();
         let gauge = |link: &Link| composition.assembly.resources.gauges.get(&link.to.value);
         let unmade = composition.unmade();
-        let misfits = &composition.assembly.misfits;
+        let mismatches = &composition.assembly.mismatches;
         let trouble = |link: &Link| {
-            let trouble = composition.remotes.trouble(&composition.configuration, link, misfits);
+            let trouble = composition.remotes.trouble(&composition.configuration, link, mismatches);
             let ends = [link.to.value.clone(), link.from.value.path_in("")];
             let mut unmade = unmade.iter().filter(|(port, _)| ends.iter().any(|end| is_within(end, port)));
             trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
@@ -203,7 +203,7 @@ impl<'c> LinkEditor<'c> {
     /// Checks a [`link`](LinkEditor::link) without making it.
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
-        Ok(self.told(&self.judged(self.linking(&database, link, &path)?)?))
+        Ok(self.changes_of(&self.checked(self.linking(&database, link, &path)?)?))
     }
 
     /// Proposes the configuration with a link.
@@ -236,7 +236,7 @@ impl<'c> LinkEditor<'c> {
 
     /// Checks a link to another agent's property that is not on the board yet.
     /// Returns the mismatch that makes the link wait, with its remedy.
-    pub fn misfit(
+    pub fn mismatch(
         &self,
         link: &NewLink,
         path: RemotePath,
@@ -247,13 +247,13 @@ impl<'c> LinkEditor<'c> {
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
-        // What writes it is only told when it is served.
+        // Its writer is only known when it is served.
         let (path_there, part) = (property.path.into(), "?".into());
         let found = slate_composition::RemoteProperty { path: path_there, descriptor, part, epoch: 0 };
         let target = self.agent.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
         let survey = survey(configuration, &target.catalogue, &mut DiagnosticCollector::new(configuration));
-        if let Some(misfit) = survey.misfits.get(&to) {
-            return Ok(Some((misfit.message.clone(), misfit.help.clone())));
+        if let Some(mismatch) = survey.mismatches.get(&to) {
+            return Ok(Some((mismatch.message.clone(), mismatch.help.clone())));
         }
         let ports = survey.modules.iter().flat_map(|surveyed| {
             let name = &surveyed.module.name.value;
@@ -298,7 +298,7 @@ impl<'c> LinkEditor<'c> {
     /// Checks the removal of one sender of an inbox without making it.
     pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
-        Ok(self.told(&self.judged(self.without(&database, &cut)?)?))
+        Ok(self.changes_of(&self.checked(self.without(&database, &cut)?)?))
     }
 
     /// Returns the database and the link's destination.
@@ -340,7 +340,7 @@ impl<'c> LinkEditor<'c> {
         if let Some(from) = from.filter(|_| configuration.links().iter().any(|link| link.to.value == path)) {
             let links = configuration.links().iter().filter(|link| link.to.value == path);
             let senders: Vec<_> = links.map(|link| link.from.value.to_string()).collect();
-            let message = Mistake::Name.of(format!("`{path}` has no link from `{from}`"));
+            let message = ErrorCode::Name.of(format!("`{path}` has no link from `{from}`"));
             let help = format!("its links are from: {}", senders.join(", "));
             return Err(Diagnostic::without_place(message, Some(help)).into());
         }
@@ -356,15 +356,15 @@ impl<'c> LinkEditor<'c> {
             (true, Some(_)) => format!("linked are: {}", known.collect::<Vec<_>>().join(", ")),
             (true, None) => "the agent has no links".into(),
         };
-        Err(Diagnostic::without_place(Mistake::Name.of(format!("`{path}` has no link")), Some(help)).into())
+        Err(Diagnostic::without_place(ErrorCode::Name.of(format!("`{path}` has no link")), Some(help)).into())
     }
 
     /// Applies changes of the configuration.
     /// Fails if they change links and a module blocks that.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         loop {
-            let proposal = self.judged(propose()?)?;
-            let changes = self.told(&proposal);
+            let proposal = self.checked(propose()?)?;
+            let changes = self.changes_of(&proposal);
             // Somebody else may be faster.
             if proposal.apply().is_some() {
                 return Ok(changes);
@@ -374,11 +374,12 @@ impl<'c> LinkEditor<'c> {
 
     /// Returns the changes of a proposal, with those of inferred links.
     /// Inferred links give way to written ones, or return.
-    fn told(&self, proposal: &Proposal) -> Vec<Change> {
+    fn changes_of(&self, proposal: &Proposal) -> Vec<Change> {
         let mut changes = proposal.changes().to_vec();
         if changes.iter().any(|change| change.names().first().is_some_and(|name| name == "links")) {
             let composition = self.agent.composition();
-            let (before, after) = (&composition.configuration, composition.rewired(proposal.configuration()));
+            let (before, after) =
+                (&composition.configuration, composition.with_inferred_links(proposal.configuration()));
             for change in &mut changes {
                 if change.before.is_none() {
                     change.before = before.inferred_value(change.names());
@@ -406,8 +407,8 @@ impl<'c> LinkEditor<'c> {
             link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
         };
         let has_it = |configuration: &Configuration| {
-            let wired = self.agent.composition().rewired(configuration);
-            wired.configuration().links().iter().any(is_it)
+            let linked = self.agent.composition().with_inferred_links(configuration);
+            linked.configuration().links().iter().any(is_it)
         };
         let path = written(&database.current(), &cut.to, cut.from.as_deref());
         match database.revert(&path) {
@@ -417,7 +418,7 @@ impl<'c> LinkEditor<'c> {
     }
 
     /// Refuses changes of links that a module blocks.
-    pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
+    pub fn checked(&self, proposal: Proposal) -> Result<Proposal, Report> {
         if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
         {
             self.agent.composition().check_returned(proposal.configuration())?;

@@ -17,7 +17,7 @@ use super::remotes::Remotes;
 use super::settings::FollowedSettings;
 use super::snapshot::SnapshotWatch;
 use super::{Agent, Mode, Options, logging, playing};
-use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
+use crate::aspects::{PluginControl, ServiceContext, SettingsControl, ThreadRegistry};
 use crate::sharing::Sharing;
 use slate_composition::{Catalogue, check_facts};
 use slate_configuration::{Configuration, Database, Report};
@@ -89,7 +89,7 @@ impl Agent {
         let lockstep = driven && options.mode == Mode::Staged;
         let logger = Arc::new(Logger::new(logging::settings(configuration, lockstep), options.log)?);
         let clock = Arc::new(Clock::new(driven, options.calendar));
-        // What is measured in lockstep is no reason to wait.
+        // Lockstep measurements need no wait.
         let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
         let board = Arc::new(Board::new(configuration.agent_name()));
         if let Some(recording) = &options.recording {
@@ -110,12 +110,13 @@ impl Agent {
             time_source: options.time_source,
         }));
         let hang = Duration::from_nanos(configuration.hang().value);
-        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let threads = ThreadRegistry::new(hang, lockstep, &logger, &shared.clock);
         let control = Arc::new(PluginControl::default());
         let changes = SettingsControl::new(lockstep);
-        let means = means(&shared, &threads, &control, &changes);
+        let service_context = service_context(&shared, &threads, &control, &changes);
         let arenas = Arenas::new(options.isolation_program);
-        let resources = HostResources::new(means, hang, lockstep, options.mode, options.stop, arenas);
+        let resources =
+            HostResources::new(service_context, hang, lockstep, options.mode, options.stop, arenas);
         let mut catalogue = host_catalogue(options.sharing.as_deref());
         catalogue.played = Arc::clone(&played);
         let remotes = Remotes::new(options.sharing);
@@ -139,7 +140,7 @@ impl Agent {
         logging::configure(&shared.logger, configuration)?;
         if let Some(watch) = SnapshotWatch::of(configuration, &shared, &handle)? {
             handle.composition().snapshots.automatic = Some(Arc::<SnapshotWatch>::clone(&watch));
-            shared.hooks.set_after_cycle(Box::new(move |shared, now| watch.look(shared, now)));
+            shared.hooks.set_after_cycle(Box::new(move |shared, now| watch.check(shared, now)));
         }
         check_facts(configuration, &**handle.board(), |module| {
             handle.composition().assembly.modules.contains_key(module)
@@ -164,13 +165,13 @@ impl Agent {
 }
 
 /// Makes the means of the host's services.
-fn means(
+fn service_context(
     shared: &SharedLoop,
-    threads: &Arc<ThreadKeeper>,
+    threads: &Arc<ThreadRegistry>,
     plugins: &Arc<PluginControl>,
     settings: &Arc<SettingsControl>,
-) -> Means {
-    Means {
+) -> ServiceContext {
+    ServiceContext {
         board: Arc::clone(&shared.board),
         actuators: Arc::default(),
         logger: Arc::clone(&shared.logger),

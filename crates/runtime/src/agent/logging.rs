@@ -36,7 +36,7 @@ pub(super) fn configure(logger: &Logger, configuration: &Configuration) -> Resul
         Report::from(vec![configuration.diagnostic(span, format!("{what}: {error}"), Some(help.into()))])
     };
     let mut address = None;
-    // What leaves nothing behind comes first, so that a refused configuration makes no file.
+    // Targets without files come first, so that a refused configuration makes no file.
     if let Some(remote) = &wanted.remote {
         let target = RemoteTarget::bind(remote.value).map_err(|error| {
             let what = format!("the log can't be offered at {}", remote.value);

@@ -51,7 +51,7 @@ impl Memories {
                     });
                 }
                 Err((problem, help)) => {
-                    wrong.push(complaint(configuration, module, file.span, &problem, help))
+                    wrong.push(restore_error(configuration, module, file.span, &problem, help))
                 }
             }
         }
@@ -68,14 +68,14 @@ impl Memories {
         let mut wrong = Vec::new();
         for own in &self.0 {
             let problem = match restored.get(&own.module) {
-                Some(Err(reason)) => format!("`{}` does not take what is in it: {reason}", own.module),
+                Some(Err(reason)) => format!("`{}` can't restore its content: {reason}", own.module),
                 None if !is_present(&own.module) => format!("`{}` is not loaded at the start", own.module),
                 _ => continue,
             };
             if let Some(module) =
                 configuration.modules().iter().find(|module| module.name.value == own.module)
             {
-                wrong.push(complaint(configuration, module, own.at, &problem, AFRESH));
+                wrong.push(restore_error(configuration, module, own.at, &problem, AFRESH));
             }
         }
         if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
@@ -174,7 +174,7 @@ fn target(file: &Path) -> PathBuf {
     folder.canonicalize().map_or_else(|_| file.clone(), |folder| folder.join(name))
 }
 
-fn complaint(
+fn restore_error(
     configuration: &Configuration,
     module: &Module,
     at: Span,

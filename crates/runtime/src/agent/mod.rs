@@ -31,7 +31,7 @@ use std::time::Duration;
 
 use slate_blackboard::Board;
 
-use crate::aspects::ThreadKeeper;
+use crate::aspects::ThreadRegistry;
 use crate::memory::MemoryError;
 use crate::snapshot::{Snapshot, SnapshotError};
 use actuators::GateOperator;
@@ -59,7 +59,7 @@ pub use teleoperation::{CommandError, ControlsError, ControlsHolder, Teleoperati
 pub struct Agent {
     handle: AgentHandle,
     hang: Duration,
-    threads: Arc<ThreadKeeper>,
+    threads: Arc<ThreadRegistry>,
     /// Memories of the modules.
     memories: Memories,
     /// Settings that follow the database while the agent runs.
@@ -129,14 +129,14 @@ impl Agent {
     /// Returns a module's counts of ticks, missed deadlines and panics.
     pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
         let composition = self.handle.composition();
-        let seat = &composition.assembly.modules.get(module)?.seat;
+        let cell = &composition.assembly.modules.get(module)?.cell;
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        Some((seat.ticks(), load(&seat.health.misses), load(&seat.health.panics)))
+        Some((cell.ticks(), load(&cell.health.misses), load(&cell.health.panics)))
     }
 
     /// Returns a digest of all values written in lockstep; `None` on the wall clock.
     pub fn digest(&mut self) -> Option<u64> {
-        // SAFETY: `&mut self` says that no run is going on in another thread, and jobs don't use the digest.
+        // SAFETY: `&mut self` says that no run is continuing in another thread, and jobs don't use the digest.
         unsafe { self.handle.shared.core() }.digest.as_ref().map(slate_engine::digest::Digest::value)
     }
 

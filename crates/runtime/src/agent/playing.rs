@@ -8,7 +8,7 @@ use slate_blackboard::interface::{Descriptor, Interface};
 
 use super::handle::AgentHandle;
 use crate::playback::{Playback, PlaybackControl, Played};
-use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
+use crate::recording::{History, HistoryRequest, Recording, RecordingRefusal, TakeValue};
 use slate_configuration::{Configuration, Diagnostic, Report};
 use slate_engine::main_loop::{LoopReplay, ReplayedCondition, SharedLoop};
 use slate_engine::runner::ModuleState;
@@ -39,7 +39,7 @@ pub(super) fn begin(
         let bytes = played.descriptor.shape(played.capacity).bytes(played.capacity).max(1);
         let added = played.add(&shared.board, (BYTES / bytes).clamp(1, DEPTH), READERS);
         properties.push(added.map_err(|error| {
-            let message = format!("what is recorded can't be played beside the agent's own: {error}");
+            let message = format!("the recording can't be played beside the agent's own properties: {error}");
             let help = format!("leave it out: --exclude /{}", played.path);
             let name = configuration.agent_name();
             Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), Some(help)))
@@ -75,7 +75,7 @@ fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Ve
                 && condition.is_some_and(|condition| condition.offset == place)
         };
         let state = state.filter(|state| is_state(state.descriptor()));
-        // Without a reader nothing is told of it.
+        // Without a reader it is not reported.
         let reader = state.and_then(|state| state.channel()?.latest().ok());
         conditions.extend(reader.map(|state| ReplayedCondition { state, health }));
     }
@@ -94,19 +94,23 @@ impl<'c> PlaybackAccess<'c> {
 
     /// Reads the earlier values of a property.
     /// They come from the recording that is played, else from the last seconds, if these are kept.
-    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
+    pub fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, RecordingRefusal> {
         if let Some(playback) = self.playback() {
             return playback
-                .history(wish, take)
+                .history(request, take)
                 .map_err(|(message, help)| RecordingRefusal { message, help });
         }
         let control = self.agent.recorder.recording.as_deref().and_then(Recording::control);
         let control = control.ok_or_else(|| RecordingRefusal {
             message: "nothing is kept of this agent's past".into(),
-            help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
+            help: "`slate run` has a recorder; a program gives its agent one with `Options::recording`"
                 .into(),
         })?;
-        control.history(wish, take)
+        control.history(request, take)
     }
 
     /// Sets the playback that tools control; the application makes its cycles.

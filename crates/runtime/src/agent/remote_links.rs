@@ -8,8 +8,8 @@ use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle};
 use super::remotes::Remotes;
 use crate::sharing::{
-    About, Inspection, RemotePath, SharingAgent, SharingError, SharingHost, Site, Standing, TeamExchange,
-    Want, clocks,
+    About, DemandState, Inspection, RemoteDemand, RemotePath, SharingAgent, SharingError, SharingHost, Site,
+    TeamExchange, clocks,
 };
 use slate_engine::runner::ModuleCondition;
 
@@ -27,9 +27,9 @@ impl<'c> RemoteLinks<'c> {
     pub fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.agent.composition();
         if !composition.remotes.started {
-            let wants = composition.remotes.wanted(&composition.configuration, &composition.assembly);
+            let demands = composition.remotes.demanded(&composition.configuration, &composition.assembly);
             let share = composition.configuration.share();
-            if share.is_none() && wants.is_empty() {
+            if share.is_none() && demands.is_empty() {
                 return Ok(());
             }
             let [time, steady] = clocks(&self.agent.shared.clock);
@@ -66,59 +66,59 @@ impl<'c> RemoteLinks<'c> {
             sharing.start(site)?;
             composition.remotes.started = true;
         }
-        self.want(&mut composition);
+        self.update_demands(&mut composition);
         composition.note_readers();
-        self.tell_misfits(&mut composition);
+        self.log_mismatches(&mut composition);
         Ok(())
     }
 
     /// Updates the demand of the links.
-    fn want(&self, composition: &mut Composition) {
-        let wants = composition.remotes.wanted(&composition.configuration, &composition.assembly);
-        if wants == composition.remotes.wants {
+    fn update_demands(&self, composition: &mut Composition) {
+        let demands = composition.remotes.demanded(&composition.configuration, &composition.assembly);
+        if demands == composition.remotes.demands {
             return;
         }
-        // What is wanted otherwise is put on the board anew.
+        // Properties with changed demands are created anew.
         let before = composition.catalogue.remote.len();
         composition.catalogue.remote = std::mem::take(&mut composition.catalogue.remote)
             .into_iter()
-            .filter(|(path, _)| wants.get(path) == composition.remotes.wants.get(path))
+            .filter(|(path, _)| demands.get(path) == composition.remotes.demands.get(path))
             .collect();
-        let Remotes { standing, properties, wants: earlier, .. } = &mut composition.remotes;
-        standing.retain(|path, _| wants.get(path) == earlier.get(path));
-        properties.retain(|path, _| wants.contains_key(path));
+        let Remotes { demand_states, properties, demands: earlier, .. } = &mut composition.remotes;
+        demand_states.retain(|path, _| demands.get(path) == earlier.get(path));
+        properties.retain(|path, _| demands.contains_key(path));
         if composition.catalogue.remote.len() < before {
             self.relink_remote(composition);
         }
-        composition.remotes.wants.clone_from(&wants);
+        composition.remotes.demands.clone_from(&demands);
         if let Some(sharing) = composition.remotes.sharing.as_mut() {
-            sharing.want(wants);
+            sharing.set_demands(demands);
         }
     }
 
     /// Notes a new state of the remote end of links.
-    pub fn remote_stands(&self, path: &RemotePath, standing: Standing) {
+    pub fn set_demand_state(&self, path: &RemotePath, state: DemandState) {
         let mut composition = self.agent.composition();
-        let Some(want) = composition.remotes.wants.get(path) else { return };
-        if composition.remotes.standing.get(path) == Some(&standing) {
+        let Some(demand) = composition.remotes.demands.get(path) else { return };
+        if composition.remotes.demand_states.get(path) == Some(&state) {
             return;
         }
-        let is_values = matches!(want, Want::Values { .. });
-        match &standing {
-            Standing::Served { .. } => self.agent.log(Level::Info, &format!("{path} is there")),
-            Standing::Absent { reason } | Standing::Silent { reason, .. } => {
-                self.agent.log(Level::Warn, &format!("{path} is not there: {reason}"));
+        let is_values = matches!(demand, RemoteDemand::Values { .. });
+        match &state {
+            DemandState::Served { .. } => self.agent.log(Level::Info, &format!("{path} is there")),
+            DemandState::Absent { reason } | DemandState::Silent { reason, .. } => {
+                self.agent.log(Level::Warn, &format!("{path} is unavailable: {reason}"));
             }
         }
         if is_values {
             let health = composition.assembly.resources.signals(&path.to_string()).health;
-            health.set(match &standing {
-                Standing::Served { .. } => ModuleCondition::WORKING,
-                Standing::Absent { .. } | Standing::Silent { .. } => ModuleCondition::UNLOADED,
+            health.set(match &state {
+                DemandState::Served { .. } => ModuleCondition::WORKING,
+                DemandState::Absent { .. } | DemandState::Silent { .. } => ModuleCondition::UNLOADED,
             });
-            let changed = match &standing {
-                Standing::Absent { .. } => composition.catalogue.remote.remove(path).is_some(),
-                Standing::Served { property } | Standing::Silent { property, .. } => {
+            let changed = match &state {
+                DemandState::Absent { .. } => composition.catalogue.remote.remove(path).is_some(),
+                DemandState::Served { property } | DemandState::Silent { property, .. } => {
                     composition.remote_found(path, property)
                 }
             };
@@ -127,18 +127,18 @@ impl<'c> RemoteLinks<'c> {
                 composition.note_readers();
             }
         }
-        let property = match &standing {
-            Standing::Served { property } if is_values => Some(property.clone()),
+        let property = match &state {
+            DemandState::Served { property } if is_values => Some(property.clone()),
             _ => None,
         };
-        composition.remotes.standing.insert(path.clone(), standing);
+        composition.remotes.demand_states.insert(path.clone(), state);
         if let Some(property) = property
             && composition.remotes.properties.insert(path.clone(), property.clone()) != Some(property)
         {
             // Others may read fields of the same property, and want more of it.
-            self.want(&mut composition);
+            self.update_demands(&mut composition);
         }
-        self.tell_misfits(&mut composition);
+        self.log_mismatches(&mut composition);
     }
 
     /// Names of the agents with an endpoint in the configuration.
@@ -168,9 +168,9 @@ impl<'c> RemoteLinks<'c> {
         composition.settle_links(&configuration, &self.agent.shared);
     }
 
-    fn tell_misfits(&self, composition: &mut Composition) {
+    fn log_mismatches(&self, composition: &mut Composition) {
         let Composition { remotes, assembly, .. } = composition;
-        for text in remotes.news(&assembly.misfits) {
+        for text in remotes.news(&assembly.mismatches) {
             self.agent.log(Level::Error, &text);
         }
     }
@@ -183,9 +183,9 @@ impl<'c> RemoteLinks<'c> {
 }
 
 impl SharingAgent for WeakHandle {
-    fn remote_stands(&self, path: &RemotePath, standing: Standing) {
+    fn set_demand_state(&self, path: &RemotePath, state: DemandState) {
         if let Some(agent) = self.upgrade() {
-            RemoteLinks::new(&agent).remote_stands(path, standing);
+            RemoteLinks::new(&agent).set_demand_state(path, state);
         }
     }
 

@@ -20,7 +20,7 @@ const ENDS: &str = "the agent ends";
 impl PluginChanges for WeakHandle {
     fn change_plugins(&self, module: &str, what: u32, plugin: &str) -> Result<String, String> {
         let agent = self.upgrade().ok_or(ENDS)?;
-        agent.recorder.make_for_module(module, "a change of plugins that a module asked for", || {
+        agent.recorder.make_for_module(module, "a change of plugins requested by a module", || {
             carry_out(&agent, module, what, plugin)
         })
     }
@@ -39,7 +39,7 @@ fn carry_out(agent: &AgentHandle, module: &str, what: u32, plugin: &str) -> Resu
         }),
         Plugins::RELOAD => Reloader::new(agent).reload(plugin, None).map(|reload| {
             let became = |(module, state): &(String, Result<(), String>)| match state {
-                Ok(()) => format!("{module} goes on with its state"),
+                Ok(()) => format!("{module} continues with its state"),
                 Err(reason) => format!("{module} begins afresh: {reason}"),
             };
             reload.modules.iter().map(became).collect::<Vec<_>>().join(", ")
@@ -56,7 +56,7 @@ impl SettingsChanges for WeakHandle {
         let answer = agent.shared.recorded_answer(module, lines).unwrap_or_else(|| {
             SettingsChanger::new(&agent).change_for(module, lines).map_err(|report| report.to_string())
         });
-        agent.recorder.tell_asked(module, lines, &answer);
+        agent.recorder.record_request(module, lines, &answer);
         answer
     }
 }
@@ -87,11 +87,11 @@ impl RecordedAgent for Composer {
     }
 
     fn links(&self) -> Vec<(String, String)> {
-        let told = |link: crate::LinkStatus| match link.sends {
+        let request = |link: crate::LinkStatus| match link.sends {
             true => (link.from.trim_start_matches('/').to_owned(), inbox(link.to)),
             false => (link.to, link.from),
         };
-        self.links().into_iter().filter(|link| !link.external).map(told).collect()
+        self.links().into_iter().filter(|link| !link.external).map(request).collect()
     }
 
     fn order(&self) -> Vec<(String, Vec<String>)> {

@@ -96,7 +96,7 @@ impl Agent {
         unsafe { shared.core() }.observer = None;
         shared.release_token();
         if end == End::Stopped && started.is_ok() {
-            // What modules asked for in the last cycle, as after each step.
+            // Requests of modules in the last cycle, as after each step.
             shared.apply_changes(&mut || ());
         }
         let automatic = self.handle.composition().snapshots.automatic.clone();

@@ -14,7 +14,7 @@ use slate_engine::clock::monotonic;
 /// Exclusive control of one actuator, until this is dropped.
 ///
 /// The gate receives the command in each cycle of the main loop, with the precedence of teleoperation: above the plan
-/// and below a reflex. The command ends [`HOLD`](Teleoperation::HOLD) after the last
+/// and below a reflex. The command ends [`COMMAND_DURATION`](Teleoperation::COMMAND_DURATION) after the last
 /// [`command`](Teleoperation::command), by the agent's own clock, even if the person, the connection or the
 /// commanding thread fails.
 pub struct Teleoperation {
@@ -35,7 +35,7 @@ impl std::fmt::Debug for Teleoperation {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ControlsError {
     /// Unknown actuator.
-    #[error("no actuator is called `{name}`; there are: {}", known.join(", "))]
+    #[error("no actuator is called `{name}`; available: {}", known.join(", "))]
     Unknown {
         /// Requested name.
         name: String,
@@ -74,11 +74,11 @@ pub struct ControlsHolder {
 }
 
 /// Keeper of the actuators' controls.
-pub(super) struct ControlsKeeper<'c> {
+pub(super) struct ControlsRegistry<'c> {
     agent: &'c AgentHandle,
 }
 
-impl<'c> ControlsKeeper<'c> {
+impl<'c> ControlsRegistry<'c> {
     pub fn new(agent: &'c AgentHandle) -> Self {
         Self { agent }
     }
@@ -93,7 +93,7 @@ impl<'c> ControlsKeeper<'c> {
         let holder = Holder { who: who.into(), since: self.agent.now() };
         let writer = found.take_controls(holder);
         let writer = writer.map_err(|by| ControlsError::Taken { name: actuator.into(), by })?;
-        self.agent.recorder.tell("teleoperation");
+        self.agent.recorder.record_unrepeatable("teleoperation");
         self.agent.log(Level::Warn, &format!("a person takes the controls of {actuator}: {who}"));
         let command = vec![0; found.size()];
         let (agent, actuator) = (self.agent.downgrade(), Arc::clone(found));
@@ -112,7 +112,7 @@ impl<'c> ControlsKeeper<'c> {
 
 impl Teleoperation {
     /// Time for which a command holds unless it is renewed.
-    pub const HOLD: Duration = Duration::from_millis(150);
+    pub const COMMAND_DURATION: Duration = Duration::from_millis(150);
 
     /// Name of the actuator.
     pub fn actuator(&self) -> &str {
@@ -125,7 +125,7 @@ impl Teleoperation {
     }
 
     /// Commands the actuator from the next cycle on.
-    /// The command holds for [`HOLD`](Teleoperation::HOLD) or until the next command.
+    /// The command holds for [`COMMAND_DURATION`](Teleoperation::COMMAND_DURATION) or until the next command.
     ///
     /// # Errors
     /// When the value is not of the actuator's interface or lacks one of its fields; the command before holds on then.
@@ -139,7 +139,7 @@ impl Teleoperation {
             return Err(CommandError::Incomplete(missing));
         }
         self.command = command;
-        let hold = u64::try_from(Self::HOLD.as_nanos()).unwrap_or(u64::MAX);
+        let hold = u64::try_from(Self::COMMAND_DURATION.as_nanos()).unwrap_or(u64::MAX);
         self.write(monotonic().saturating_add(hold));
         Ok(())
     }

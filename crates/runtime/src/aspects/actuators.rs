@@ -9,7 +9,7 @@ use slate_module::aspect::{ActuatorState, Actuators};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{self, say};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::actuators::{Actuator, ActuatorList};
 use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
@@ -64,17 +64,17 @@ impl CommandedActuators {
 // behind a lock.
 unsafe impl Send for ActuatorService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let held = Arc::<CommandedActuators>::default();
     let work = Box::new(UnsafeCell::new(ActuatorCalls {
         table: Actuators { context: std::ptr::null_mut(), names, state, stop, offer },
-        list: Arc::clone(&means.actuators),
+        list: Arc::clone(&service_context.actuators),
         module: Arc::clone(module),
         known: BTreeMap::new(),
         held: Arc::clone(&held),
         now: 0,
     }));
-    // SAFETY: nobody else has it yet.
+    // SAFETY: it is not shared yet.
     unsafe { (*work.get()).table.context = work.get().cast() };
     Box::new(ActuatorService { work, held })
 }
@@ -103,7 +103,7 @@ impl HostService for ActuatorService {
         for known in work.known.values_mut() {
             let (Some(offer), Some(commander)) = (&mut known.offer, known.commander) else { continue };
             if offer.set {
-                // SAFETY: the memory has that size, and nobody else has it.
+                // SAFETY: the memory has that size, and is not shared.
                 let command =
                     unsafe { std::slice::from_raw_parts(offer.command.as_ptr(), known.actuator.size()) };
                 known.actuator.offer(commander, offer.priority, command, made);
@@ -134,7 +134,7 @@ impl ActuatorCalls {
             let Some(actuator) = own.or_else(|| self.list.get(name)) else {
                 let names = self.list.names();
                 let there = if names.is_empty() { "none".into() } else { names.join(", ") };
-                return Err(format!("there is no actuator `{name}`; there are: {there}"));
+                return Err(format!("no actuator `{name}`; available: {there}"));
             };
             let commander = actuator.commander(&self.module);
             let known = KnownActuator { actuator, commander, state: ActuatorState::default(), offer: None };
@@ -196,7 +196,7 @@ impl ActuatorCalls {
                 renewed: false,
             }
         });
-        // SAFETY: the memory has that size, and nobody else has it.
+        // SAFETY: the memory has that size, and is not shared.
         unsafe { offer.command.as_mut_ptr().copy_from_nonoverlapping(command.as_ptr(), command.len()) };
         (offer.priority, offer.set) = (priority, true);
         Ok(())

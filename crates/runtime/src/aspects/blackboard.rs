@@ -12,7 +12,7 @@ use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{every_path, say, text};
-use super::{HostService, Means, followed, hash};
+use super::{HostService, ServiceContext, followed, hash};
 use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
 
@@ -37,7 +37,7 @@ struct OpenReader {
     property: Arc<Property>,
     reader: Latest,
     /// Tick of the last look, and true if it saw a new value.
-    looked: (u64, bool),
+    reported: (u64, bool),
 }
 
 struct OpenWriter {
@@ -54,15 +54,15 @@ struct OpenWriter {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for BlackboardService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(BlackboardService {
         table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
-        board: Arc::clone(&means.board),
+        board: Arc::clone(&service_context.board),
         module: Arc::clone(module),
         readers: BTreeMap::new(),
         writers: BTreeMap::new(),
         observers: BTreeMap::new(),
-        changes: means.board.observe(&every_path(), EVENTS, None),
+        changes: service_context.board.observe(&every_path(), EVENTS, None),
         tick: 1,
     });
     service.table.context = (&raw mut *service).cast();
@@ -94,7 +94,7 @@ impl HostService for BlackboardService {
     fn commit(&mut self, now: u64, mut digest: Option<&mut Digest>) {
         for open in self.writers.values_mut().filter(|open| open.set) {
             open.set = false;
-            // SAFETY: the memory has that size, and nobody else has it.
+            // SAFETY: the memory has that size, and is not shared.
             let value = unsafe { open.form.canonical(open.value.as_mut_ptr(), open.size, 0) };
             if let Some(digest) = digest.as_deref_mut() {
                 digest.add(open.index, value);
@@ -113,7 +113,7 @@ impl Drop for BlackboardService {
     fn drop(&mut self) {
         for (path, open) in std::mem::take(&mut self.writers) {
             drop(open.writer);
-            // What others read stays as it is.
+            // Values of other readers do not change.
             if open.property.readers() == 0 {
                 // It was there a moment ago.
                 let _ = self.board.remove(&path);
@@ -166,8 +166,8 @@ impl BlackboardService {
             )
             .into());
         }
-        if open.looked.0 != tick {
-            open.looked = (tick, open.reader.refresh());
+        if open.reported.0 != tick {
+            open.reported = (tick, open.reader.refresh());
         }
         let has_writer = open.property.has_writer().into();
         let nothing = PropertyValue {
@@ -181,7 +181,7 @@ impl BlackboardService {
             data: loan.as_ptr(),
             items: loan.items(),
             stamp: loan.stamp(),
-            is_new: open.looked.1.into(),
+            is_new: open.reported.1.into(),
             has_writer,
         }))
     }
@@ -206,7 +206,7 @@ impl BlackboardService {
         }
         let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
         let reader = channel.latest().map_err(|error| format!("/{path}: {error}"))?;
-        Ok(OpenReader { reader, looked: (0, false), property })
+        Ok(OpenReader { reader, reported: (0, false), property })
     }
 
     fn write(&mut self, path: &str, schema: u64, interface: &[u8], value: &[u8]) -> Result<(), Not> {
@@ -227,7 +227,7 @@ impl BlackboardService {
             )
             .into());
         }
-        // SAFETY: the memory has that size, and nobody else has it.
+        // SAFETY: the memory has that size, and is not shared.
         unsafe { open.value.as_mut_ptr().copy_from_nonoverlapping(value.as_ptr(), value.len()) };
         open.set = true;
         Ok(())

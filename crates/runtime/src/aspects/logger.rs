@@ -7,7 +7,7 @@ use slate_module::aspect;
 use slate_module::table::Bytes;
 
 use super::calls::text;
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::digest::Digest;
 use slate_engine::log::Logger;
 
@@ -21,10 +21,10 @@ struct LoggerService {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for LoggerService {}
 
-pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(LoggerService {
         table: aspect::Logger { context: std::ptr::null_mut(), level, set_level, dropped },
-        logger: Arc::clone(&means.logger),
+        logger: Arc::clone(&service_context.logger),
         changes: Vec::new(),
     });
     service.table.context = (&raw mut *service).cast();

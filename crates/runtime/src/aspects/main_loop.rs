@@ -8,7 +8,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_module::{ModuleKind, Stage};
 
 use super::calls::{say, text};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_configuration::{Schedule, ScheduledStage};
 use slate_engine::digest::Digest;
 
@@ -72,19 +72,19 @@ struct LoopService {
     takeover: Arc<Takeover>,
     /// The module's code.
     kind: Option<ModuleKind>,
-    asked: Option<TakeoverRequest>,
+    requested: Option<TakeoverRequest>,
 }
 
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for LoopService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(LoopService {
         table: MainLoop { context: std::ptr::null_mut(), take, take_with_policy, give_back, is_held },
-        takeovers: Arc::clone(&means.takeovers),
-        takeover: means.takeovers.add(module),
+        takeovers: Arc::clone(&service_context.takeovers),
+        takeover: service_context.takeovers.add(module),
         kind: None,
-        asked: None,
+        requested: None,
     });
     service.table.context = (&raw mut *service).cast();
     service
@@ -101,7 +101,7 @@ impl HostService for LoopService {
     }
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
-        match self.asked.take() {
+        match self.requested.take() {
             Some(TakeoverRequest::Take(policy, stages)) => self.takeover.take(policy, stages),
             Some(TakeoverRequest::GiveBack) => self.takeover.release(),
             None => {}
@@ -109,7 +109,7 @@ impl HostService for LoopService {
     }
 
     fn abandon(&mut self) {
-        self.asked = None;
+        self.requested = None;
         self.takeover.release();
     }
 
@@ -180,7 +180,7 @@ unsafe extern "C" fn take(
         let stages = if count == 0 { &[] } else { std::slice::from_raw_parts(stages, count) };
         match schedule(stages) {
             Ok(stages) => {
-                service.asked = Some(TakeoverRequest::Take(policy, Some(stages)));
+                service.requested = Some(TakeoverRequest::Take(policy, Some(stages)));
                 DONE
             }
             Err(reason) => {
@@ -194,12 +194,12 @@ unsafe extern "C" fn take(
 unsafe extern "C" fn take_with_policy(context: *mut (), policy: PolicyTable) {
     // SAFETY: as for `take`.
     let service = unsafe { &mut *context.cast::<LoopService>() };
-    service.asked = Some(TakeoverRequest::Take(service.policy(policy), None));
+    service.requested = Some(TakeoverRequest::Take(service.policy(policy), None));
 }
 
 unsafe extern "C" fn give_back(context: *mut ()) {
     // SAFETY: as for `take`.
-    unsafe { &mut *context.cast::<LoopService>() }.asked = Some(TakeoverRequest::GiveBack);
+    unsafe { &mut *context.cast::<LoopService>() }.requested = Some(TakeoverRequest::GiveBack);
 }
 
 unsafe extern "C" fn is_held(context: *mut ()) -> i32 {

@@ -29,12 +29,12 @@ use slate_engine::log::Logger;
 use slate_engine::main_loop::Takeovers;
 pub(crate) use slate_engine::service::{AspectPort, HostService, ProviderPort, ServiceSlot};
 use slate_engine::synchronization::Synchronization;
-pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
+pub(crate) use threads::{AbandonedThread, Closed, ThreadRegistry};
 pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
 
 /// Means of the services.
-pub(crate) struct Means {
+pub(crate) struct ServiceContext {
     pub board: Arc<Board>,
     pub actuators: Arc<ActuatorList>,
     /// Takeovers of the loop by modules.
@@ -44,13 +44,13 @@ pub(crate) struct Means {
     pub logger: Arc<Logger>,
     pub clock: Arc<Clock>,
     pub synchronization: Arc<Synchronization>,
-    pub threads: Arc<ThreadKeeper>,
+    pub threads: Arc<ThreadRegistry>,
     pub plugins: Arc<PluginControl>,
     pub settings: Arc<SettingsControl>,
 }
 
 /// Constructor of a service for a module.
-type ServiceMaker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
+type ServiceMaker = fn(&ServiceContext, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
 const SERVICES: &[(&Descriptor, ServiceMaker)] = &[
@@ -73,9 +73,13 @@ pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
 }
 
 /// Makes the host's service of a schema for a module.
-pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
+pub(crate) fn service(
+    schema: u64,
+    service_context: &ServiceContext,
+    module: &Arc<str>,
+) -> Option<Box<dyn HostService>> {
     let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
-    Some(make(means, module))
+    Some(make(service_context, module))
 }
 
 /// Returns a hash of a path for the digest, in place of an output's number.

@@ -10,7 +10,7 @@ use slate_module::table::{Bytes, Sink};
 
 use super::calls::{say, text};
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::digest::Digest;
 
 /// Changes the plugins of an agent for its modules.
@@ -22,13 +22,13 @@ pub(crate) trait PluginChanges: Send + Sync {
 
 /// Request with its module and the destination of its answer.
 struct PluginRequest {
-    wish: PluginWish,
+    change: RequestedChange,
     module: Arc<str>,
     answer: AnswerSlot,
 }
 
 /// Content of a module's request.
-struct PluginWish {
+struct RequestedChange {
     /// Request, one of [`Plugins`]' requests.
     what: u32,
     plugin: String,
@@ -74,7 +74,7 @@ impl PluginControl {
                     let control = control.upgrade();
                     let changes = control.as_ref().and_then(|control| control.changes.get());
                     let answer = changes.map_or(Err("the agent ends".into()), |changes| {
-                        changes.change_plugins(&request.module, request.wish.what, &request.wish.plugin)
+                        changes.change_plugins(&request.module, request.change.what, &request.change.plugin)
                     });
                     drop(control);
                     request.answer.give(answer);
@@ -92,7 +92,7 @@ struct PluginService {
     module: Arc<str>,
     control: Arc<PluginControl>,
     requests: Option<Sender<PluginRequest>>,
-    book: RequestBook<PluginWish>,
+    book: RequestBook<RequestedChange>,
     seen: u64,
     list: Arc<str>,
 }
@@ -100,12 +100,12 @@ struct PluginService {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for PluginService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(PluginService {
-        table: Plugins { context: std::ptr::null_mut(), ask, answer, list },
+        table: Plugins { context: std::ptr::null_mut(), request, answer, list },
         module: Arc::clone(module),
-        control: Arc::clone(&means.plugins),
-        requests: means.plugins.requests(),
+        control: Arc::clone(&service_context.plugins),
+        requests: service_context.plugins.requests(),
         book: RequestBook::new(),
         seen: 0,
         list: "".into(),
@@ -133,8 +133,8 @@ impl HostService for PluginService {
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
         let (module, requests) = (&self.module, &self.requests);
-        self.book.commit(|wish, answer| {
-            let request = PluginRequest { wish, module: Arc::clone(module), answer };
+        self.book.commit(|change, answer| {
+            let request = PluginRequest { change, module: Arc::clone(module), answer };
             let unsent = match requests {
                 Some(requests) => requests.send(request).err().map(|error| error.0),
                 None => Some(request),
@@ -150,14 +150,14 @@ impl HostService for PluginService {
     }
 }
 
-unsafe extern "C" fn ask(context: *mut (), what: u32, plugin: Bytes) -> u64 {
+unsafe extern "C" fn request(context: *mut (), what: u32, plugin: Bytes) -> u64 {
     // SAFETY: the context is the service, which the module's tick uses alone; the name lives during the call.
     let (service, plugin) = unsafe { (&mut *context.cast::<PluginService>(), text(plugin)) };
-    service.book.ask(PluginWish { what, plugin })
+    service.book.push(RequestedChange { what, plugin })
 }
 
 unsafe extern "C" fn answer(context: *mut (), number: u64, sink: *const Sink) -> i32 {
-    // SAFETY: as for `ask`, and the sink lives during the call.
+    // SAFETY: as for `request`, and the sink lives during the call.
     unsafe { (*context.cast::<PluginService>()).book.answer(number, sink) }
 }
 

@@ -17,7 +17,7 @@ pub(crate) type RequestAnswer = Result<String, String>;
 /// Requests of one module, by number.
 pub(super) struct RequestBook<R> {
     /// Requests of this tick.
-    asked: Vec<(u64, R)>,
+    pending: Vec<(u64, R)>,
     /// Answers to earlier requests; `None` while a request is pending.
     known: BTreeMap<u64, Option<RequestAnswer>>,
     last: u64,
@@ -41,13 +41,13 @@ impl AnswerSlot {
 impl<R> RequestBook<R> {
     pub fn new() -> Self {
         let (sender, answers) = channel();
-        Self { asked: Vec::new(), known: BTreeMap::new(), last: 0, sender, answers }
+        Self { pending: Vec::new(), known: BTreeMap::new(), last: 0, sender, answers }
     }
 
     /// Notes a request of this tick; returns its number.
-    pub fn ask(&mut self, request: R) -> u64 {
+    pub fn push(&mut self, request: R) -> u64 {
         self.last += 1;
-        self.asked.push((self.last, request));
+        self.pending.push((self.last, request));
         self.last
     }
 
@@ -60,7 +60,7 @@ impl<R> RequestBook<R> {
 
     /// Sends the requests of the tick.
     pub fn commit(&mut self, mut send: impl FnMut(R, AnswerSlot)) {
-        for (number, request) in self.asked.drain(..) {
+        for (number, request) in self.pending.drain(..) {
             self.known.insert(number, None);
             if self.known.len() > KNOWN {
                 self.known.pop_first();
@@ -71,7 +71,7 @@ impl<R> RequestBook<R> {
 
     /// Discards the requests of a failed tick.
     pub fn abandon(&mut self) {
-        self.asked.clear();
+        self.pending.clear();
     }
 
     /// Returns the answer to a request.
@@ -83,7 +83,7 @@ impl<R> RequestBook<R> {
             Some(Some(Ok(text))) => (text, DONE),
             Some(Some(Err(reason))) => (reason, REFUSED),
             Some(None) => return PENDING,
-            None if self.asked.iter().any(|(asked, _)| *asked == number) => return PENDING,
+            None if self.pending.iter().any(|(pending, _)| *pending == number) => return PENDING,
             None => return ABSENT,
         };
         // SAFETY: passed on to the caller.

@@ -9,7 +9,7 @@ use slate_module::table::{Bytes, Sink};
 
 use super::calls::text;
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::digest::Digest;
 use slate_engine::main_loop::RequestedChanges;
 
@@ -33,7 +33,7 @@ pub(crate) struct SettingsControl {
     /// True in lockstep.
     /// The loop itself then makes the changes, so that they hold from the same cycle on in each run.
     lockstep: bool,
-    asked: AtomicBool,
+    is_requested: AtomicBool,
     requests: Mutex<Vec<SettingsRequest>>,
     /// Lock during changes, which keeps them in the order of their requests.
     turn: Mutex<()>,
@@ -46,7 +46,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl SettingsControl {
     pub fn new(lockstep: bool) -> Arc<Self> {
         let (changes, requests, turn) = (OnceLock::new(), Mutex::default(), Mutex::default());
-        Arc::new(Self { changes, lockstep, asked: AtomicBool::new(false), requests, turn })
+        Arc::new(Self { changes, lockstep, is_requested: AtomicBool::new(false), requests, turn })
     }
 
     /// Sets the implementation of the changes.
@@ -55,9 +55,9 @@ impl SettingsControl {
         let _ = self.changes.set(changes);
     }
 
-    fn ask(self: &Arc<Self>, request: SettingsRequest) {
+    fn request(self: &Arc<Self>, request: SettingsRequest) {
         locked(&self.requests).push(request);
-        self.asked.store(true, Ordering::Release);
+        self.is_requested.store(true, Ordering::Release);
         if !self.lockstep {
             let control = Arc::clone(self);
             let thread = std::thread::Builder::new().name("settings".into());
@@ -73,12 +73,12 @@ impl SettingsControl {
 
 impl RequestedChanges for SettingsControl {
     fn is_pending(&self) -> bool {
-        self.asked.load(Ordering::Acquire)
+        self.is_requested.load(Ordering::Acquire)
     }
 
     fn apply(&self, before: &mut dyn FnMut()) {
         let _turn = locked(&self.turn);
-        self.asked.store(false, Ordering::Relaxed);
+        self.is_requested.store(false, Ordering::Relaxed);
         // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.
         let requests = std::mem::take(&mut *locked(&self.requests));
         for request in requests {
@@ -101,11 +101,11 @@ struct SettingsService {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for SettingsService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(SettingsService {
-        table: Settings { context: std::ptr::null_mut(), ask, answer },
+        table: Settings { context: std::ptr::null_mut(), request, answer },
         module: Arc::clone(module),
-        control: Arc::clone(&means.settings),
+        control: Arc::clone(&service_context.settings),
         book: RequestBook::new(),
     });
     service.table.context = (&raw mut *service).cast();
@@ -124,7 +124,7 @@ impl HostService for SettingsService {
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
         let (module, control) = (&self.module, &self.control);
         self.book.commit(|lines, answer| {
-            control.ask(SettingsRequest { lines, module: Arc::clone(module), answer });
+            control.request(SettingsRequest { lines, module: Arc::clone(module), answer });
         });
     }
 
@@ -133,13 +133,13 @@ impl HostService for SettingsService {
     }
 }
 
-unsafe extern "C" fn ask(context: *mut (), lines: Bytes) -> u64 {
+unsafe extern "C" fn request(context: *mut (), lines: Bytes) -> u64 {
     // SAFETY: the context is the service, which the module's tick uses alone; the text lives during the call.
     let (service, lines) = unsafe { (&mut *context.cast::<SettingsService>(), text(lines)) };
-    service.book.ask(lines)
+    service.book.push(lines)
 }
 
 unsafe extern "C" fn answer(context: *mut (), number: u64, sink: *const Sink) -> i32 {
-    // SAFETY: as for `ask`, and the sink lives during the call.
+    // SAFETY: as for `request`, and the sink lives during the call.
     unsafe { (*context.cast::<SettingsService>()).book.answer(number, sink) }
 }

@@ -8,7 +8,7 @@ use slate_module::aspect;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{name, say};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::digest::Digest;
 use slate_engine::synchronization::{Emitter, Point, PointError, Synchronization};
 
@@ -30,10 +30,10 @@ struct OpenEmitter {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for SynchronizationService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(SynchronizationService {
         table: aspect::Synchronization { context: std::ptr::null_mut(), emit, count },
-        synchronization: Arc::clone(&means.synchronization),
+        synchronization: Arc::clone(&service_context.synchronization),
         module: Arc::clone(module),
         emitters: BTreeMap::new(),
         points: BTreeMap::new(),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use slate_module::aspect;
 
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use slate_engine::clock::TimeSource;
 use slate_engine::digest::Digest;
 
@@ -51,15 +51,20 @@ struct TimeService {
     table: aspect::TimeSource,
     place: Arc<TimePlace>,
     now: u64,
-    asked: u64,
+    answered_at: u64,
 }
 
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for TimeService {}
 
-pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
     let table = aspect::TimeSource { context: std::ptr::null_mut(), next };
-    let mut service = Box::new(TimeService { table, place: Arc::clone(&means.time), now: 0, asked: NOTHING });
+    let mut service = Box::new(TimeService {
+        table,
+        place: Arc::clone(&service_context.time),
+        now: 0,
+        answered_at: NOTHING,
+    });
     service.table.context = (&raw mut *service).cast();
     service
 }
@@ -70,12 +75,12 @@ impl HostService for TimeService {
     }
 
     fn prepare(&mut self, now: u64) {
-        (self.now, self.asked) = (now, NOTHING);
+        (self.now, self.answered_at) = (now, NOTHING);
     }
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
-        if self.asked != NOTHING {
-            self.place.0.store(self.asked, Ordering::Release);
+        if self.answered_at != NOTHING {
+            self.place.0.store(self.answered_at, Ordering::Release);
         }
     }
 }
@@ -86,6 +91,6 @@ unsafe extern "C" fn next(context: *mut (), time: u64) -> i32 {
     if time < service.now || time == NOTHING {
         return 0;
     }
-    service.asked = time;
+    service.answered_at = time;
     1
 }

@@ -13,7 +13,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_transforms::{FrameTree, SetError};
 
 use super::calls::{every_path, name, say};
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 
 /// Most events of the board that wait for a module.
 /// Beyond that it looks at all properties again.
@@ -64,13 +64,13 @@ enum Unused {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for TransformService {}
 
-pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(TransformService {
         table: Transforms { context: std::ptr::null_mut(), lookup, latest_common_time, frames },
-        board: Arc::clone(&means.board),
+        board: Arc::clone(&service_context.board),
         frames: FrameTree::default(),
         sources: BTreeMap::new(),
-        changes: means.board.observe(&every_path(), EVENTS, None),
+        changes: service_context.board.observe(&every_path(), EVENTS, None),
         missed: None,
         unused: None,
     });
@@ -126,7 +126,7 @@ impl TransformService {
         }
         if all {
             let properties = self.board.matching_type(Transform::DESCRIPTOR.name, &every_path());
-            // What vanished unseen is not read any more; what stays is not opened again, as that makes events too.
+            // Vanished properties are closed; others are not reopened, as that makes events too.
             self.sources
                 .retain(|_, source| properties.iter().any(|other| Arc::ptr_eq(other, &source.property)));
             properties.iter().for_each(|property| self.open(property));
@@ -134,7 +134,7 @@ impl TransformService {
     }
 
     fn open(&mut self, property: &Arc<Property>) {
-        // An input that nobody is linked to tells of no frame.
+        // An input without a link has no frame.
         if property.descriptor().hash != Transform::DESCRIPTOR.hash || property.access() != Access::Output {
             return;
         }

@@ -17,7 +17,7 @@ use crate::stop_line;
 pub use lock::Lock;
 
 /// Most agents of one name.
-const MOST: u32 = 100;
+const MAX_SAME_NAME: u32 = 100;
 
 /// Returns the folder of this user's sockets; it may not exist.
 pub fn folder() -> PathBuf {
@@ -29,7 +29,7 @@ pub fn folder() -> PathBuf {
 /// Returns the folder if it exists and is private to this user.
 fn safe_folder() -> Result<PathBuf> {
     let folder = folder();
-    // What a link leads to could be exchanged.
+    // The target of a symbolic link could be exchanged.
     let metadata = fs::symlink_metadata(&folder)?;
     let user = rustix::process::geteuid().as_raw();
     if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o077 == 0 {
@@ -55,7 +55,7 @@ pub fn agents() -> Vec<String> {
     let entries = safe_folder().and_then(fs::read_dir).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.file_name().to_str()?.strip_suffix(".sock").map(str::to_owned))
-        // One that nobody listens at was left by an agent that was killed.
+        // A socket without a listener was left by a killed agent.
         .filter(|name| {
             let is_there =
                 |socket: PathBuf| stop_line::is_there(&socket) || UnixStream::connect(socket).is_ok();
@@ -91,7 +91,7 @@ pub fn check_reach(agent: &str) -> Result<()> {
 
 fn check_length(folder: &Path, agent: &str) -> Result<()> {
     // Another one of that name gets a number.
-    let length = folder.join(format!("{agent}-{MOST}.sock")).as_os_str().len();
+    let length = folder.join(format!("{agent}-{MAX_SAME_NAME}.sock")).as_os_str().len();
     if length <= LONGEST {
         return Ok(());
     }
@@ -134,7 +134,7 @@ impl AgentSocket {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
             _ => safe_folder()?,
         };
-        for number in 1..=MOST {
+        for number in 1..=MAX_SAME_NAME {
             let name = if number == 1 { agent.to_owned() } else { format!("{agent}-{number}") };
             let Some(lock) = Lock::take(&folder.join(format!("{name}.lock")))? else { continue };
             let socket = folder.join(format!("{name}.sock"));
@@ -146,7 +146,7 @@ impl AgentSocket {
             fs::set_permissions(&socket, fs::Permissions::from_mode(0o600))?;
             return Ok((Self { name, socket, _lock: lock }, listener));
         }
-        Err(Error::new(ErrorKind::AddrInUse, format!("there are {MOST} agents called `{agent}` already")))
+        Err(Error::new(ErrorKind::AddrInUse, format!("{MAX_SAME_NAME} agents are already called `{agent}`")))
     }
 }
 

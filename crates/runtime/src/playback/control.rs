@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{History, HistoryWish, TakeValue};
+use crate::recording::{History, HistoryRequest, TakeValue};
 
 /// Section of a recording that is played in a loop, ns of the agent's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,5 +75,9 @@ pub trait PlaybackControl: Send + Sync {
     ///
     /// # Errors
     /// The reason for which the values are not available, and the remedy.
-    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)>;
+    fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, (String, String)>;
 }

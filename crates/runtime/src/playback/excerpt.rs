@@ -8,7 +8,7 @@ use slate_module::{Description, Direction, Plugin};
 use toml_edit::Key;
 
 use super::descriptions;
-use super::stand_in::{StandIn, stand_ins, unasked};
+use super::service_stub::{ServiceStub, service_stubs, unneeded};
 use crate::sharing::RemotePath;
 use slate_configuration::{Configuration, Link, Setting};
 
@@ -36,7 +36,7 @@ pub struct Excerpt {
     pub deaf: BTreeMap<String, &'static Descriptor>,
     /// Additional modules that replace the providers of services.
     /// They provide them to the remaining modules.
-    pub stand_ins: BTreeSet<String>,
+    pub service_stubs: BTreeSet<String>,
     /// Those of `reads` that were written only while a tool watched them.
     pub watched: BTreeSet<String>,
     /// Inputs and services of the recorded run that the modules lack, in words.
@@ -81,9 +81,9 @@ pub fn excerpt(
         descriptions: descriptions(plugins, configuration),
         result: Excerpt::default(),
     };
-    let stand_ins = stand_ins(plugins, &cutter.descriptions, modules)?;
-    cutter.result.misses = unasked(&cutter.descriptions, modules);
-    cutter.cut(stand_ins);
+    let service_stubs = service_stubs(plugins, &cutter.descriptions, modules)?;
+    cutter.result.misses = unneeded(&cutter.descriptions, modules);
+    cutter.cut(service_stubs);
     Ok(cutter.result)
 }
 
@@ -99,7 +99,7 @@ struct Cutter<'a> {
 }
 
 /// New end of a remaining module's link.
-enum LinkEnd {
+enum NewEnd {
     /// Path of the new end.
     Path(String),
     /// No end any more.
@@ -107,7 +107,7 @@ enum LinkEnd {
 }
 
 impl Cutter<'_> {
-    fn cut(&mut self, stand_ins: Vec<StandIn>) {
+    fn cut(&mut self, service_stubs: Vec<ServiceStub>) {
         let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
         for link in self.configuration.links() {
             let (own, far) = self.ends(link);
@@ -118,7 +118,7 @@ impl Cutter<'_> {
         for link in self.configuration.external_links() {
             let input = &link.path.value;
             if link.fills(input) && self.stays(input) {
-                // What came is set again, and types and roles find nothing else for it.
+                // Received values are set again, and no link is inferred for their inputs.
                 lines.push(format!("links.{} = false", quoted(input)));
             }
         }
@@ -134,14 +134,14 @@ impl Cutter<'_> {
                 self.find_messages(name);
             }
         }
-        stand_ins.into_iter().for_each(|own| self.add(own, &mut lines));
+        service_stubs.into_iter().for_each(|own| self.add(own, &mut lines));
         lines.push(String::new());
         self.result.text = lines.join("\n");
     }
 
     /// Adds a module that replaces another one.
-    fn add(&mut self, own: StandIn, lines: &mut Vec<String>) {
-        let StandIn { name, kind, provider, inputs } = own;
+    fn add(&mut self, own: ServiceStub, lines: &mut Vec<String>) {
+        let ServiceStub { name, kind, provider, inputs } = own;
         lines.push(format!("modules.{}.kind = {}", quoted(&name), quoted(&kind)));
         for port in inputs {
             let (input, path) = (format!("{name}/{}", port.name), format!("{provider}/{}", port.name));
@@ -154,7 +154,7 @@ impl Cutter<'_> {
                 self.result.silent.push((path, port.descriptor, port.capacity));
             }
         }
-        self.result.stand_ins.insert(name);
+        self.result.service_stubs.insert(name);
     }
 
     /// Returns the line of a setting, if it remains.
@@ -244,7 +244,7 @@ impl Cutter<'_> {
     /// Returns the line of a remaining module's link.
     fn link(&mut self, link: &Link, own: String, far: Url) -> Option<String> {
         let sends = own != link.to.value;
-        let LinkEnd::Path(far) = self.source(&own, &far) else {
+        let NewEnd::Path(far) = self.source(&own, &far) else {
             // Types and roles find nothing else for it.
             return (!sends).then(|| format!("links.{} = false", quoted(&own)));
         };
@@ -266,7 +266,7 @@ impl Cutter<'_> {
         Some(format!("links.{} = {{ {} }}", quoted(to), options.join(", ")))
     }
 
-    fn source(&mut self, to: &str, far: &Url) -> LinkEnd {
+    fn source(&mut self, to: &str, far: &Url) -> NewEnd {
         let own = self.configuration.agent_name();
         let path = far.path_in("");
         let other = far.agent().filter(|agent| *agent != own);
@@ -301,7 +301,7 @@ impl Cutter<'_> {
             self.result.reads.insert(path.clone());
         }
         if is_there || self.is_recorded(&path) {
-            return LinkEnd::Path(format!("/{path}"));
+            return NewEnd::Path(format!("/{path}"));
         }
         if sends {
             let all_stay = self.senders(&path).iter().all(|sender| self.modules.contains(*sender));
@@ -310,10 +310,10 @@ impl Cutter<'_> {
             return match interface.filter(|_| is_known) {
                 Some(interface) => {
                     self.result.deaf.insert(path.clone(), interface);
-                    LinkEnd::Path(format!("/{path}"))
+                    NewEnd::Path(format!("/{path}"))
                 }
-                // Nobody is there to take it.
-                None => LinkEnd::Nothing,
+                // It has no receiver.
+                None => NewEnd::Nothing,
             };
         }
         let mut gates = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
@@ -321,11 +321,11 @@ impl Cutter<'_> {
             other.is_some() || self.owner(&path).is_some() || gates.any(|gate| is_within(&path, gate));
         if !was_there {
             // Loading reports where that is written, and what there is.
-            return LinkEnd::Path(format!("/{path}"));
+            return NewEnd::Path(format!("/{path}"));
         }
         let Some((description, port)) = self.port(&path) else {
             self.result.misses.push(format!("{to} reads /{path}, of which nothing is recorded"));
-            return LinkEnd::Nothing;
+            return NewEnd::Nothing;
         };
         let port = &description.ports[port];
         let owner = self.owner(&path).unwrap_or_default();
@@ -334,7 +334,7 @@ impl Cutter<'_> {
         if !self.result.silent.iter().any(|(path, ..)| *path == silent.0) {
             self.result.silent.push(silent);
         }
-        LinkEnd::Path(format!("/{path}"))
+        NewEnd::Path(format!("/{path}"))
     }
 
     fn is_recorded(&self, path: &str) -> bool {

@@ -3,7 +3,7 @@
 
 mod control;
 mod excerpt;
-mod stand_in;
+mod service_stub;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

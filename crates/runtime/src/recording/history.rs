@@ -1,12 +1,12 @@
 //! Earlier values of a property, from a recorder or a playback.
 
-use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::channel::StampedValue;
 use slate_blackboard::interface::Descriptor;
 
 /// Query for earlier values of a property.
 /// Times are nanoseconds of the agent's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HistoryWish {
+pub struct HistoryRequest {
     /// The property, without a leading slash.
     pub path: String,
     /// Earliest time.
@@ -22,7 +22,7 @@ pub struct HistoryWish {
 
 /// Callback for the values in the order of time, each with its interface.
 /// It returns false to refuse the value and all values after it.
-pub type TakeValue<'a> = dyn FnMut(&'static Descriptor, FrozenValue) -> bool + 'a;
+pub type TakeValue<'a> = dyn FnMut(&'static Descriptor, StampedValue) -> bool + 'a;
 
 /// Values that the callback has refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub struct History {
     pub to: u64,
 }
 
-impl HistoryWish {
+impl HistoryRequest {
     /// Returns true if a value with that time and number is in the range.
     pub fn has(&self, time: u64, sequence: u64) -> bool {
         (self.from, self.sequence) <= (time, sequence) && time <= self.to
@@ -56,9 +56,9 @@ impl HistoryWish {
 
     /// Returns the indices of the selected values among `count` values.
     pub fn places(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
-        let told = self.most.min(count);
+        let selected = self.most.min(count);
         // In 128 bits no product is too large.
-        (1..=told).map(move |place| (place as u128 * count as u128 / told as u128) as usize - 1)
+        (1..=selected).map(move |place| (place as u128 * count as u128 / selected as u128) as usize - 1)
     }
 }
 
@@ -71,9 +71,9 @@ mod tests {
     proptest! {
         /// Selects at most `most` values, each once, in order, with the last one.
         #[test]
-        fn what_is_told_is_spread_evenly_up_to_the_last(count in 0_usize..5000, most in 0_usize..5000) {
-            let wish = HistoryWish { path: String::new(), from: 0, sequence: 0, to: 0, most };
-            let places: Vec<_> = wish.places(count).collect();
+        fn selection_is_spread_evenly_up_to_the_last(count in 0_usize..5000, most in 0_usize..5000) {
+            let request = HistoryRequest { path: String::new(), from: 0, sequence: 0, to: 0, most };
+            let places: Vec<_> = request.places(count).collect();
             prop_assert_eq!(places.len(), most.min(count));
             prop_assert!(places.windows(2).all(|two| two[0] < two[1]));
             if most > 0 && count > 0 {

@@ -5,10 +5,10 @@ use slate_configuration::Report;
 
 /// Formats one problem in the same line, several in a line each, ten at most.
 fn list(problems: &[String]) -> String {
-    const MOST: usize = 10;
-    let mut lines: Vec<_> = problems.iter().take(MOST).cloned().collect();
-    if problems.len() > MOST {
-        lines.push(format!("and {} more", problems.len() - MOST));
+    const MAX_PROBLEMS: usize = 10;
+    let mut lines: Vec<_> = problems.iter().take(MAX_PROBLEMS).cloned().collect();
+    if problems.len() > MAX_PROBLEMS {
+        lines.push(format!("and {} more", problems.len() - MAX_PROBLEMS));
     }
     let before = if lines.len() > 1 { "\n" } else { "" };
     format!("{before}{}", lines.join("\n"))
@@ -96,7 +96,7 @@ pub enum SnapshotError {
     #[diagnostic(help("give the property room for another reader"))]
     Property(#[from] slate_blackboard::BoardError),
     /// A thread of a module does not stop.
-    #[error("thread `{thread}` of module `{module}` has not ended within {limit:?} of being told to stop")]
+    #[error("thread `{thread}` of module `{module}` has not ended within {limit:?} after the stop request")]
     #[diagnostic(help("wait until it ends and try again"))]
     Thread {
         /// The module.

@@ -98,7 +98,7 @@ pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {
     }
     let mut bytes = Vec::new();
     if found.len() > SMALL {
-        // What is no snapshot is not read into memory.
+        // Other files are not read into memory.
         (&mut file).take(HEAD).read_to_end(&mut bytes).map_err(failed)?;
         if !bytes.windows(FIRST.len()).any(|part| part == FIRST) {
             return Err(damaged(path, "something else is in it".into()));

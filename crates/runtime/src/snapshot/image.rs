@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slate_engine::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
+use slate_engine::{ActuatorSnapshot, Bytes, MailboxSnapshot, PropertySnapshot};
 
 use slate_configuration::{InferredLink, Layered};
-use slate_engine::main_loop::FrozenLoop;
-use slate_engine::runner::FrozenRunner;
+use slate_engine::main_loop::LoopSnapshot;
+use slate_engine::runner::RunnerSnapshot;
 
 /// Agent without its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,43 +21,44 @@ pub(crate) struct SnapshotImage {
     /// `None` in snapshots of earlier versions, whose configuration contains them.
     #[serde(default)]
     pub inferred: Option<Vec<InferredLink>>,
-    pub clock: FrozenClock,
-    pub main_loop: FrozenLoop,
+    pub clock: ClockSnapshot,
+    pub main_loop: LoopSnapshot,
     /// Number of outputs counted for the digest.
     pub outputs: u32,
     /// Log levels by module; the empty name is for all others.
     pub log_levels: BTreeMap<String, u32>,
-    pub modules: BTreeMap<String, FrozenModule>,
-    pub properties: BTreeMap<String, FrozenProperty>,
+    pub modules: BTreeMap<String, ModuleSnapshot>,
+    pub properties: BTreeMap<String, PropertySnapshot>,
     /// Mailboxes without a receiver.
-    pub mailboxes: BTreeMap<String, FrozenMailbox>,
-    pub actuators: BTreeMap<String, FrozenActuator>,
+    pub mailboxes: BTreeMap<String, MailboxSnapshot>,
+    pub actuators: BTreeMap<String, ActuatorSnapshot>,
     /// Time of the next cycle, as a module has set it.
     pub next_time: Option<u64>,
     /// Content of the application.
-    pub keepsakes: BTreeMap<String, Bytes>,
+    #[serde(rename = "keepsakes")]
+    pub application_states: BTreeMap<String, Bytes>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct FrozenClock {
+pub(crate) struct ClockSnapshot {
     /// True if a time source drives it.
     pub driven: bool,
     pub now: u64,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct FrozenModule {
+pub(crate) struct ModuleSnapshot {
     pub kind: String,
-    pub ports: Vec<FrozenPort>,
+    pub ports: Vec<PortSnapshot>,
     /// Schema of the parameters.
     pub params: u64,
     /// State; `None` if the module had no instance.
     pub state: Option<Bytes>,
-    pub runner: FrozenRunner,
+    pub runner: RunnerSnapshot,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct FrozenPort {
+pub(crate) struct PortSnapshot {
     pub name: String,
     pub direction: u32,
     pub interface: String,

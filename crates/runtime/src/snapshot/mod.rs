@@ -15,14 +15,14 @@ use std::path::Path;
 pub use error::SnapshotError;
 pub use file::PluginMark;
 pub(crate) use file::describe;
-pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, SnapshotImage};
+pub(crate) use image::{ClockSnapshot, ModuleSnapshot, PortSnapshot, SnapshotImage};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
-pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
+pub(crate) use slate_engine::{Bytes, MailboxSnapshot, PropertySnapshot};
 
 use slate_configuration::{Database, Report, extra_tables, recorded_configuration};
 
 /// Content of the application in snapshots, such as the data of an observer.
-pub trait Keepsake: Send + Sync {
+pub trait ApplicationState: Send + Sync {
     /// Returns the state to restore from.
     /// Called between two cycles, so it only copies.
     fn save(&self) -> Vec<u8>;
@@ -95,7 +95,7 @@ impl Snapshot {
 
     /// Content of the application under a name.
     pub fn kept(&self, name: &str) -> Option<&[u8]> {
-        self.image.keepsakes.get(name).map(|bytes| bytes.0.as_slice())
+        self.image.application_states.get(name).map(|bytes| bytes.0.as_slice())
     }
 
     /// Number of properties with values.

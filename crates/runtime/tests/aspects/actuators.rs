@@ -44,7 +44,7 @@ pub struct CaptainIo {
     mine: Output<Number>,
 }
 
-/// Does what its parameters say, and logs what is refused and who has the lease.
+/// Follows its parameters, and logs refusals and the holder of the lease.
 pub struct Captain;
 
 #[module(stage = Think)]
@@ -162,7 +162,7 @@ fn a_failing_ticks_command_is_dropped_and_the_last_one_ends() {
 }
 
 #[test]
-fn who_is_switched_off_or_unloaded_commands_no_more() {
+fn disabled_or_unloaded_module_commands_no_more() {
     let mut agent = agent(&ship(""), &plugins());
     steps(&mut agent, 2);
     agent.composer().enable("captain", false).unwrap();
@@ -222,7 +222,7 @@ fn a_stop_acts_within_the_tick_also_of_one_that_fails() {
 }
 
 #[test]
-fn who_is_not_named_commands_nothing() {
+fn unnamed_module_commands_nothing() {
     let text = ship("").replace("modules = [\"captain\"]\n", "");
     let (mut agent, log) = logged(&text, &plugins());
     steps(&mut agent, 2);
@@ -233,10 +233,10 @@ fn who_is_not_named_commands_nothing() {
 }
 
 #[test]
-fn what_is_not_there_and_what_does_not_fit_is_said_in_words() {
+fn missing_and_mismatched_values_are_described() {
     let (mut agent, log) = logged(&ship("params.actuator = \"sail\""), &plugins());
     steps(&mut agent, 1);
-    let reason = "there is no actuator `sail`; there are: rudder, wheel";
+    let reason = "no actuator `sail`; available: rudder, wheel";
     assert!(says(&agent, &log, "captain", reason), "{:?}", log.lines());
     let (mut agent, log) = logged(&ship("params.pair_at = 2"), &plugins());
     steps(&mut agent, 2);
@@ -274,7 +274,7 @@ fn an_actuator_may_be_commanded_by_such_modules_alone() {
 }
 
 #[test]
-fn who_follows_an_actuator_comes_after_all_who_command_it() {
+fn followers_of_actuator_run_after_its_commanders() {
     // Both are of one stage; by name the relay would come first.
     let text = "[modules.captain]\nparams.to = 1\n[modules.a]\nkind = \"relay\"\nstage = \"Think\"\n[links]\n\
                 \"a/input\" = \"wheel/command\"\n[actuators.wheel]\nmodules = [\"captain\"]\n";

@@ -222,7 +222,7 @@ fn a_path_below_the_own_one_is_written_and_read_by_others() {
 }
 
 #[test]
-fn what_is_read_does_not_change_during_a_tick_and_is_new_once() {
+fn inputs_are_constant_in_a_tick_and_new_once() {
     let text = "[modules.clerk]\nevery = \"40ms\"\nparams.write = \"object\"\n\
                 [modules.scribe]\nparams.read = \"/clerk/object\"\n";
     let mut agent = agent(text, &plugins());
@@ -236,7 +236,7 @@ fn what_is_read_does_not_change_during_a_tick_and_is_new_once() {
 }
 
 #[test]
-fn what_is_not_there_and_what_was_never_written_is_nothing() {
+fn missing_and_unwritten_properties_have_no_value() {
     let text = "[modules.scribe]\nparams.read = \"/clerk/object\"\n";
     let mut agent = agent(text, &plugins());
     steps(&mut agent, 2);
@@ -272,7 +272,7 @@ fn one_path_does_not_change_its_interface() {
 }
 
 #[test]
-fn nobody_writes_below_another_module() {
+fn no_module_writes_below_another() {
     for path in ["/clerk/object", "/clerk/deep/er/object", "/clerk/seen"] {
         let text = format!(
             "[modules.clerk]\n[modules.scribe]\nparams = {{ write = \"{path}\", read = \"{path}\" }}\n"
@@ -304,7 +304,7 @@ fn of_two_writers_of_a_path_the_second_is_refused() {
     assert!(says(&agent, &log, "scribe", "write: /shared/object"), "{:?}", log.lines());
     assert_eq!(number(&agent, "shared/object/value"), 3.0);
     assert_eq!(property(&agent, "shared/object").generation(), 1);
-    // Whoever asks again when the first has left gets it.
+    // A repeated request after the first holder has left succeeds.
     agent.composer().unload("clerk").unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "shared/object/value"), 4.0);
@@ -405,7 +405,7 @@ fn a_path_that_is_given_to_another_property_is_read_afresh() {
 }
 
 #[test]
-fn what_a_module_has_opened_is_closed_when_it_is_unloaded() {
+fn unload_closes_what_a_module_opened() {
     let text = "[modules.clerk]\nparams.write = \"/shared/object\"\n\
                 [modules.scribe]\nparams = { read = \"/shared/object\", write = \"mine\" }\n";
     let mut agent = agent(text, &plugins());
@@ -422,7 +422,7 @@ fn what_a_module_has_opened_is_closed_when_it_is_unloaded() {
 }
 
 #[test]
-fn what_others_read_stays_when_its_writer_is_unloaded() {
+fn read_values_stay_after_unload_of_writer() {
     let text = "[modules.clerk]\nparams.write = \"/shared/object\"\n\
                 [modules.scribe]\nparams.read = \"/shared/object\"\n";
     let mut agent = agent(text, &plugins());
@@ -470,7 +470,7 @@ fn a_number_that_is_none_is_made_the_same_on_every_machine() {
 }
 
 #[test]
-fn a_run_is_the_same_whoever_makes_its_steps() {
+fn run_is_the_same_on_any_thread() {
     let run = |workers: usize| {
         let mut text = String::from("time.source = \"m0\"\n[modules.m0]\nkind = \"counter\"\n");
         for (name, other) in [("m1", "m2"), ("m2", "m3"), ("m3", "m1")] {
@@ -491,7 +491,7 @@ fn a_run_is_the_same_whoever_makes_its_steps() {
 }
 
 #[test]
-fn what_is_written_at_run_time_is_part_of_the_digest() {
+fn run_time_writes_are_part_of_the_digest() {
     let run = |nan_at: u64| {
         let text = format!("[modules.scribe]\nparams = {{ write = \"object\", nan_at = {nan_at} }}\n");
         let mut agent = agent(&text, &plugins());

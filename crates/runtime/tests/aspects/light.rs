@@ -50,7 +50,7 @@ pub struct Watch {
     pub provided: AtomicU64,
     pub dropped: AtomicU64,
     pub readings: AtomicU64,
-    /// Lights that were dropped while somebody read them.
+    /// Lights that were dropped during a read.
     pub misused: AtomicU64,
 }
 
@@ -93,7 +93,7 @@ impl Drop for Light {
             self.watch.misused.fetch_add(1, Ordering::SeqCst);
         }
         self.watch.dropped.fetch_add(1, Ordering::SeqCst);
-        // Who reads it now reads nonsense.
+        // A read from now on yields garbage.
         self.lux = f64::NAN;
     }
 }

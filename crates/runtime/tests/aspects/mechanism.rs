@@ -5,7 +5,7 @@ use crate::aspects::light::{Watch, plugins};
 use crate::aspects::{agent, complaint, condition, full, steps, ticks};
 
 #[test]
-fn who_needs_a_service_waits_until_it_is_provided_and_then_runs() {
+fn module_waits_for_its_service_and_then_runs() {
     let mut agent = agent("[modules.meter]\nparams.provide_at = 3\n[modules.lamp]\n", &plugins());
     steps(&mut agent, 2);
     assert_eq!(ticks(&agent, "lamp"), 0);
@@ -70,7 +70,7 @@ fn a_provider_that_is_switched_off_provides_nothing() {
 }
 
 #[test]
-fn who_is_switched_off_keeps_no_service_that_was_withdrawn() {
+fn disabled_module_keeps_no_withdrawn_service() {
     let text = "[modules.meter]\nparams = { watch = 5, withdraw_at = 4 }\n[modules.lamp]\n";
     let mut agent = agent(text, &plugins());
     steps(&mut agent, 2);
@@ -84,7 +84,7 @@ fn who_is_switched_off_keeps_no_service_that_was_withdrawn() {
 }
 
 #[test]
-fn who_waits_provides_nothing_that_is_made_of_what_it_waits_for() {
+fn waiting_module_provides_no_dependent_service() {
     let text =
         "[modules.meter]\nparams = { watch = 6, withdraw_at = 3 }\n[modules.filter]\n[modules.candle]\n";
     let mut agent = agent(text, &plugins());
@@ -124,7 +124,7 @@ fn the_end_of_an_agent_ends_its_services() {
 }
 
 #[test]
-fn a_service_that_nothing_provides_is_asked_for_at_the_start() {
+fn missing_service_is_reported_at_start() {
     let text = complaint("[modules.lamp]\n", &plugins());
     assert!(text.contains("`lamp` needs `light_meter 1`, which nothing provides"), "{text}");
 }

@@ -158,7 +158,7 @@ fn datagrams_go_and_come() {
 }
 
 #[test]
-fn what_a_tick_sends_goes_out_when_it_has_ended_well() {
+fn messages_are_sent_after_successful_tick() {
     let (peer, to) = peer();
     let mut node = Node::new();
     for (outcome, text) in [(Outcome::Failed, "lost"), (Outcome::Ok, "sent")] {
@@ -188,7 +188,7 @@ fn a_datagram_that_is_longer_than_the_buffer_is_cut() {
 }
 
 #[test]
-fn what_is_too_much_or_no_address_is_refused_in_words() {
+fn oversized_or_invalid_address_is_refused_in_words() {
     let (_peer, to) = peer();
     let mut node = Node::new();
     let texts = node.tick(move |network| {
@@ -285,7 +285,7 @@ fn no_tick_waits_for_an_address_that_does_not_answer() {
     let mut node = Node::new();
     let start = Instant::now();
     for _ in 0..10 {
-        // An address that nobody has (RFC 5737).
+        // An unassigned address (RFC 5737).
         node.tick(|network| {
             let _ = network.connect("192.0.2.1:9");
         });
@@ -317,7 +317,7 @@ fn a_failed_connection_is_retried_after_a_second_of_agent_time() {
 }
 
 #[test]
-fn the_end_of_a_connection_is_told_after_all_that_came_before() {
+fn end_of_connection_is_reported_after_all_data() {
     let (listener, address) = listener();
     let mut node = Node::new();
     node.connect(&address);
@@ -342,11 +342,11 @@ fn the_end_of_a_connection_is_told_after_all_that_came_before() {
     let reason: String = reason;
     assert!(reason.contains(&address) && reason.contains("closed by the other end"), "{reason}");
     let again = node.tick(move |network| network.connect(&address).map(drop).map_err(|reason| reason.0));
-    assert_eq!(again, Err(reason), "until it is tried again");
+    assert_eq!(again, Err(reason), "until the connection is retried");
 }
 
 #[test]
-fn a_listener_serves_who_connects() {
+fn listener_serves_connections() {
     let mut node = Node::new();
     let address = node.listen();
     let mut first = TcpStream::connect(&address).unwrap();
@@ -377,7 +377,7 @@ fn a_listener_serves_who_connects() {
 }
 
 #[test]
-fn what_waits_to_be_sent_is_bounded_and_arrives_in_order() {
+fn send_queue_is_bounded_and_ordered() {
     let mut node = Node::new();
     let address = node.listen();
     let mut peer = TcpStream::connect(&address).unwrap();
@@ -453,7 +453,7 @@ fn sockets_are_closed_with_the_module() {
 }
 
 #[test]
-fn what_is_sent_is_part_of_the_digest() {
+fn messages_are_part_of_the_digest() {
     let (_peer, to) = peer();
     let run = |text: &'static str| {
         let mut node = Node::new();
@@ -492,7 +492,7 @@ mod unruly {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
         #[test]
-        fn every_byte_is_echoed_once_to_who_sent_it(deeds in proptest::collection::vec(deed(), 1..24)) {
+        fn every_byte_is_echoed_once_to_its_sender(deeds in proptest::collection::vec(deed(), 1..24)) {
             let mut node = Node::new();
             let address = node.listen();
             let mut peers: Vec<(TcpStream, Vec<u8>)> = Vec::new();

@@ -11,7 +11,7 @@ use crate::aspects::common::number;
 use crate::aspects::light::Lamp;
 use crate::aspects::{agent, complaint, condition, full, steps, ticks};
 
-/// The plugin `torch`, built when it is asked for first.
+/// The plugin `torch`, built on first use.
 fn torch() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| build("aspects-torch", include_str!("fixtures/torch.rs")))
@@ -105,7 +105,7 @@ fn a_provider_whose_service_is_used_does_not_get_other_ports() {
     assert_eq!(agent.composer().reload("torch", None).unwrap().modules, [("torch".to_owned(), Ok(()))]);
     steps(&mut agent, 2);
     assert_eq!(number(&agent, "lamp/brightness/value"), 1002.0);
-    // When nobody uses it, it does.
+    // Without users it does.
     agent.composer().unload("lamp").unwrap();
     let reload = agent.composer().reload("torch", Some(&version)).unwrap();
     assert!(!reload.in_place && reload.modules == [("torch".to_owned(), Ok(()))], "{reload:?}");

@@ -48,7 +48,7 @@ fn a_service_is_never_dropped_under_its_user_nor_twice() {
 }
 
 #[test]
-fn who_sleeps_lets_go_of_a_service_that_is_gone() {
+fn sleeping_module_releases_withdrawn_service() {
     let watch = Watch::of(21);
     // The lamp makes its next tick in a minute.
     let text = "[modules.meter]\nevery = \"5ms\"\nparams = { watch = 21, withdraw_at = 20 }\n\

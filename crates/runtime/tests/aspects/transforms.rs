@@ -31,7 +31,7 @@ pub struct OdometryIo {
 
 #[params]
 pub struct OdometryParams {
-    #[param(default = 1.0, doc = "metres that it has gone in each tick")]
+    #[param(default = 1.0, doc = "meters that it has gone in each tick")]
     stride: f64,
     #[param(default = 0, doc = "says nonsense in that tick")]
     wrong_at: u64,
@@ -146,7 +146,7 @@ fn plugins() -> Vec<Plugin> {
 const ROBOT: &str = "loop.period = \"10ms\"\n[modules.odometry]\n[modules.mount]\n[modules.mapper]\n";
 
 #[test]
-fn outputs_of_transforms_are_a_tree_for_those_who_look_it_up() {
+fn outputs_of_transforms_form_a_tree_for_lookups() {
     let mut agent = agent(ROBOT, &plugins());
     steps(&mut agent, 3);
     // What was written in this cycle counts, as its stage comes later.
@@ -176,7 +176,7 @@ fn a_slow_module_misses_no_transform_of_a_fast_one() {
 }
 
 #[test]
-fn what_is_not_known_is_said_in_words() {
+fn unknown_values_are_described_in_words() {
     let text = format!("{ROBOT}params.source = \"camera\"\n");
     let (mut agent, log) = logged(&text, &plugins());
     steps(&mut agent, 1);
@@ -278,7 +278,7 @@ fn a_module_that_is_unloaded_reads_no_more() {
 }
 
 #[test]
-fn a_run_is_the_same_whoever_makes_its_steps() {
+fn run_is_the_same_on_any_thread() {
     let run = |workers: usize| {
         let mut text = format!("time.source = \"dice\"\n[modules.dice]\n{ROBOT}");
         // Two that disagree about one frame.

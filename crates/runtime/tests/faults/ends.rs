@@ -1,4 +1,4 @@
-//! How a run ends, and who may end it.
+//! Ends of runs, and the right to end them.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ fn an_observer_ends_a_run_after_its_cycle_and_it_can_go_on() {
 }
 
 #[test]
-fn a_panic_of_the_observer_reaches_who_called_run() {
+fn panic_of_observer_reaches_caller_of_run() {
     let mut agent = lockstep("[modules.counter]\n");
     let run = std::panic::AssertUnwindSafe(|| agent.run(Box::new(|_| panic!("the application's"))));
     let panic = std::panic::catch_unwind(run).unwrap_err();

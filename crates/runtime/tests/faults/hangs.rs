@@ -1,4 +1,4 @@
-//! Steps that take too long: the others go on, and the late one is told and comes back.
+//! Late steps: other modules continue, and the late one is reported and recovers.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -73,18 +73,18 @@ fn check_hang(samples: &[Sample], threaded: bool) {
 }
 
 #[test]
-fn a_hanging_module_on_the_loop_holds_nobody_up() {
+fn hanging_module_on_loop_blocks_no_other() {
     check_hang(&samples_of_a_hang("", Options::default()), false);
 }
 
 #[test]
-fn a_hanging_module_on_a_thread_of_its_own_holds_nobody_up() {
+fn hanging_module_on_own_thread_blocks_no_other() {
     let options = Options { mode: Mode::Threaded, ..Options::default() };
     check_hang(&samples_of_a_hang("every = \"5ms\"", options), true);
 }
 
 #[test]
-fn a_hanging_module_on_a_worker_holds_nobody_up() {
+fn hanging_module_on_worker_blocks_no_other() {
     for workers in [1, 2] {
         let options = Options { workers, always_help: true, ..Options::default() };
         check_hang(&samples_of_a_hang("", options), false);

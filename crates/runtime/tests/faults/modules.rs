@@ -1,4 +1,4 @@
-//! Modules that are slow, hang or panic, and what is told of them.
+//! Modules that are slow, hang or panic, and their reports.
 
 use std::time::Duration;
 

@@ -86,7 +86,7 @@ every = "2ms"
 }
 
 #[test]
-fn openrdk_a_queue_nobody_reads_does_not_grow() {
+fn openrdk_unread_queue_does_not_grow() {
     let text = r#"
 [modules.counter]
 [modules.sender]

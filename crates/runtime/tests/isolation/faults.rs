@@ -1,4 +1,4 @@
-//! Each fault that a module can commit, in a process of its own: nobody else notices, and its actuator is safe.
+//! Each fault that a module can commit, in a process of its own: other modules are not affected, and its actuator is safe.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -161,7 +161,7 @@ fn ends(fault_name: &str, said: &str) {
     assert_ne!(last.process, samples[0].process);
     let away = Duration::from_nanos(last.since - samples[fell].since);
     assert!(away >= Duration::from_millis(100), "after a while: {away:?}");
-    // And drives again once somebody arms it.
+    // And drives again once armed.
     assert!(agent.arm());
     let samples = watch(&mut agent, |sample| sample.command == 1.0);
     assert_eq!(samples.last().unwrap().command, 1.0);

@@ -13,11 +13,11 @@
 mod common;
 mod faults;
 mod figures;
-mod frozen;
 mod host;
 mod library;
 mod modules;
 mod same;
+mod snapshot;
 mod supervision;
 
 use std::panic::catch_unwind;
@@ -40,7 +40,7 @@ fn main() -> ExitCode {
     let long = arguments.iter().any(|argument| argument == "--long");
     let filter = arguments.iter().find(|argument| !argument.starts_with('-'));
     let groups: [&[Test]; 6] =
-        [&same::TESTS, &frozen::TESTS, &faults::TESTS, &supervision::TESTS, &library::TESTS, &host::TESTS];
+        [&same::TESTS, &snapshot::TESTS, &faults::TESTS, &supervision::TESTS, &library::TESTS, &host::TESTS];
     let long_ones = supervision::LONG_TESTS.iter().filter(|_| long);
     let tests = groups.into_iter().flatten().chain(long_ones);
     let mut failed = Vec::new();

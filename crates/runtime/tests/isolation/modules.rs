@@ -33,7 +33,7 @@ pub struct VillainParams {
     at: u64,
 }
 
-/// Counts its ticks, commands a wheel, and then does what nobody should.
+/// Counts its ticks, commands a wheel, and then misbehaves.
 pub struct Villain;
 
 #[module(stage = Think)]

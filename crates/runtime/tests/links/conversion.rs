@@ -28,7 +28,7 @@ pub struct Raw {
     pub place: Point,
     /// A distance.
     #[unit("m")]
-    pub metres: u16,
+    pub meters: u16,
     /// Turned by.
     #[unit("deg")]
     pub degrees: i16,
@@ -40,14 +40,14 @@ pub struct Raw {
     pub ranges: Sequence<u32, 4>,
 }
 
-/// The same for who reckons.
+/// The same for the computing module.
 #[interface]
 pub struct Refined {
     /// Where it is.
     pub place: Point,
     /// A distance.
     #[unit("mm")]
-    pub metres: f64,
+    pub meters: f64,
     /// Counts.
     pub count: u64,
     /// Turned by.
@@ -60,7 +60,7 @@ pub struct Refined {
 pub struct Tame {
     /// A distance.
     #[unit("mm")]
-    pub metres: u32,
+    pub meters: u32,
     /// Counts.
     pub count: u32,
 }
@@ -86,7 +86,7 @@ impl Module for Sensor {
         let ranges = Sequence::new(&[0, 10, 20, 30][..n.min(4) as usize]);
         io.raw.set(Raw {
             place: Point { x: f64::from(n), y: -f64::from(n) },
-            metres: n as u16,
+            meters: n as u16,
             degrees: 90,
             count: n,
             good: Bool::from(n % 2 == 1),
@@ -128,12 +128,12 @@ impl Module for Thinker {
     fn tick(_: &mut (), io: &ThinkerIo, params: &ThinkerParams, _: &Tick) -> Outcome {
         io.seen.set(Refined {
             place: io.point.get().copied().unwrap_or_default(),
-            metres: params.gain,
+            meters: params.gain,
             count: io.refined.get().copied().unwrap_or_default().count,
             angle: params.width,
         });
         io.told.set(io.tame.get().copied().unwrap_or_default());
-        io.stale.set(Tame { metres: u32::from(io.refined.is_stale()), count: u32::from(io.tame.is_stale()) });
+        io.stale.set(Tame { meters: u32::from(io.refined.is_stale()), count: u32::from(io.tame.is_stale()) });
         Outcome::Ok
     }
 }
@@ -169,10 +169,10 @@ fn try_load(links: &str) -> Result<Agent, String> {
 fn an_interface_converts_field_by_field() {
     let mut agent = load("\"thinker/tame\" = \"sensor/raw\"");
     steps(&mut agent, 3);
-    assert_eq!(number(&agent, "thinker/told/metres"), 3000.0);
+    assert_eq!(number(&agent, "thinker/told/meters"), 3000.0);
     assert_eq!(number(&agent, "thinker/told/count"), 3.0);
     // Tools see what the module saw, with the time of its source.
-    assert_eq!(number(&agent, "thinker/tame/metres"), 3000.0);
+    assert_eq!(number(&agent, "thinker/tame/meters"), 3000.0);
     let time = |path: &str| agent.board().read(path).unwrap().unwrap().1.time;
     assert_eq!(time("thinker/tame"), time("sensor/raw"));
     assert_eq!(number(&agent, "thinker/stale/count"), 0.0);
@@ -182,12 +182,12 @@ fn an_interface_converts_field_by_field() {
 
 #[test]
 fn several_links_fill_one_input_and_the_rest_keeps_its_value() {
-    let links = "\"thinker/refined/metres\" = \"/sensor/raw/metres\"\n\"thinker/refined/place\" = \"sensor/raw/place\"\n\
+    let links = "\"thinker/refined/meters\" = \"/sensor/raw/meters\"\n\"thinker/refined/place\" = \"sensor/raw/place\"\n\
                  \"thinker/point/x\" = \"slate://test/sensor/raw/place/y\"";
     let mut agent = load(links);
     steps(&mut agent, 4);
     let read = |field: &str| number(&agent, &format!("thinker/refined/{field}"));
-    assert_eq!([read("metres"), read("place/x"), read("place/y")], [4000.0, 4.0, -4.0]);
+    assert_eq!([read("meters"), read("place/x"), read("place/y")], [4000.0, 4.0, -4.0]);
     assert_eq!([read("count"), read("angle")], [77.0, 0.5]);
     assert_eq!(number(&agent, "thinker/seen/place/x"), -4.0);
     assert_eq!(number(&agent, "thinker/seen/place/y"), 0.0);
@@ -209,7 +209,7 @@ fn chains_lead_to_their_end() {
                  \"other/point/x\" = \"thinker/point/y\"\n\"thinker/point\" = \"sensor/raw/place\"";
     let mut agent = load(links);
     steps(&mut agent, 3);
-    assert_eq!(number(&agent, "other/told/metres"), 3000.0);
+    assert_eq!(number(&agent, "other/told/meters"), 3000.0);
     assert_eq!(number(&agent, "other/seen/place/x"), -3.0);
     // The end of a chain may change, also from a link to a value.
     agent.composer().link(&NewLink::new("thinker/point/x", "sensor/raw/place/y")).unwrap_err();
@@ -224,7 +224,7 @@ fn chains_lead_to_their_end() {
 fn parameters_follow_outputs_within_their_range() {
     let mut agent = load("\"thinker/params/gain\" = \"counter/number/value\"");
     steps(&mut agent, 3);
-    assert_eq!(number(&agent, "thinker/seen/metres"), 3.0);
+    assert_eq!(number(&agent, "thinker/seen/meters"), 3.0);
     assert_eq!(number(&agent, "thinker/params/gain"), 3.0);
     // Tools set the others, and not this one.
     agent.board().write("thinker/params/width", &Value::Float(7.0), 0).unwrap();
@@ -237,17 +237,17 @@ fn parameters_follow_outputs_within_their_range() {
         agent.database().unwrap().set(&[("modules.thinker.params.gain", "2.0")]).unwrap_err().to_string();
     assert!(set.contains("follows") && set.contains("slate unlink thinker/params/gain"), "{set}");
     steps(&mut agent, 4);
-    assert_eq!(number(&agent, "thinker/seen/metres"), 5.0, "7 is out of range");
+    assert_eq!(number(&agent, "thinker/seen/meters"), 5.0, "7 is out of range");
     assert_eq!(number(&agent, "thinker/seen/angle"), 7.0);
     agent.composer().unlink("thinker/params/gain").unwrap();
     assert_eq!(number(&agent, "thinker/params/gain"), 1.0, "the value that is set, as of inputs");
     agent.database().unwrap().set(&[("modules.thinker.params.gain", "0.5")]).unwrap();
     steps(&mut agent, 1);
-    assert_eq!(number(&agent, "thinker/seen/metres"), 0.5);
+    assert_eq!(number(&agent, "thinker/seen/meters"), 0.5);
     // A parameter is a source, too.
     agent.composer().link(&NewLink::new("other/params/gain", "thinker/params/gain")).unwrap();
     steps(&mut agent, 1);
-    assert_eq!(number(&agent, "other/seen/metres"), 0.5);
+    assert_eq!(number(&agent, "other/seen/meters"), 0.5);
     // But not of itself.
     let links = agent.composer().links();
     let link = NewLink::new("thinker/params/gain", "other/params/gain");
@@ -311,15 +311,15 @@ fn links_of_parts_change_while_the_agent_runs() {
     composer.link(&NewLink::new("thinker/refined/count", "sensor/raw/count")).unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "thinker/seen/count"), 3.0);
-    composer.link(&NewLink::new("thinker/refined/metres", "sensor/raw/metres")).unwrap();
+    composer.link(&NewLink::new("thinker/refined/meters", "sensor/raw/meters")).unwrap();
     composer.link(&NewLink::new("thinker/tame", "sensor/raw")).unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "thinker/seen/count"), 4.0);
-    assert_eq!(number(&agent, "thinker/refined/metres"), 4000.0);
+    assert_eq!(number(&agent, "thinker/refined/meters"), 4000.0);
     composer.unlink("thinker/refined/count").unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "thinker/seen/count"), 77.0);
-    assert_eq!(number(&agent, "thinker/refined/metres"), 5000.0);
+    assert_eq!(number(&agent, "thinker/refined/meters"), 5000.0);
     assert_eq!(agent.counts("thinker").unwrap().0, 5);
 }
 
@@ -349,7 +349,7 @@ fn filters_let_some_values_through() {
 }
 
 #[test]
-fn what_is_not_exact_is_refused_with_both_ends() {
+fn inexact_conversion_is_refused_with_both_ends() {
     let refused = |links: &str, words: &[&str]| {
         let text = try_load(links).err().unwrap_or_else(|| panic!("`{links}` should be refused"));
         let flat = text.replace(['\n', '│', '┃', '·'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
@@ -360,7 +360,7 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         "\"thinker/refined/angle\" = \"sensor/raw/degrees\"",
         &["deg", "rad", "`thinker/refined/angle`", "exact"],
     );
-    refused("\"thinker/tame/metres\" = \"sensor/raw/place/x\"", &["f64 in m", "u32 in mm"]);
+    refused("\"thinker/tame/meters\" = \"sensor/raw/place/x\"", &["f64 in m", "u32 in mm"]);
     refused("\"thinker/tame/count\" = \"thinker/refined/count\"", &["u32 does not hold every u64"]);
     refused("\"other/refined\" = \"sensor/raw\"", &["Raw has no field `angle`"]);
     refused(

@@ -82,7 +82,7 @@ fn agent_and_database() -> (Agent, Database) {
     (agent, database)
 }
 
-/// What the Analyze reads, and whether nobody has written that.
+/// Source of the Analyze, and whether it is unwritten.
 fn source(agent: &Agent) -> Option<(String, bool)> {
     let links = agent.composer().links().into_iter();
     links.filter(|link| link.to == "r2/passing/number").map(|link| (link.from, link.inferred)).next()

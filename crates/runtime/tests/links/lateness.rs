@@ -9,7 +9,9 @@ use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Store};
 use slate_runtime::configuration::{Database, Options as Reading};
-use slate_runtime::sharing::{RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want};
+use slate_runtime::sharing::{
+    DemandState, RemoteDemand, RemotePath, Sharing, SharingError, SharingHost, Site,
+};
 use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, Stopper};
 
 use crate::links::common::Number;
@@ -25,7 +27,7 @@ impl Sharing for Told {
         Ok(())
     }
 
-    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
 }
 
 /// An agent that runs until this is dropped.
@@ -127,7 +129,7 @@ fn a_property_that_comes_while_a_module_is_late_is_linked_later() {
         writer.write(View::of(&mut Number { value: 5.0 }).bytes(), 0, 0).unwrap();
         let host = agent.told.0.lock().unwrap().clone().unwrap();
         let other = RemotePath { agent: "other".into(), path: "a/number".into() };
-        host.report(&other, Standing::Served { property: "a/number".into() });
+        host.report(&other, DemandState::Served { property: "a/number".into() });
         let trouble = agent.trouble("held/number");
         assert!(trouble.as_ref().is_some_and(|text| text.contains("`held` has not returned")), "{trouble:?}");
         agent.let_go();

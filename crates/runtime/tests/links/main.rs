@@ -10,6 +10,7 @@
 use crate::common;
 mod blocks;
 mod conversion;
+mod demands;
 mod external;
 mod inferred;
 mod lateness;
@@ -20,5 +21,4 @@ mod relinking;
 mod required;
 mod support;
 mod threads;
-mod wants;
 mod writers;

@@ -80,7 +80,7 @@ pub struct ProbeIo {
 pub struct Probe;
 
 fn sum(value: &Gapped) -> u64 {
-    // SAFETY: the host's memory is initialised.
+    // SAFETY: the host's memory is initialized.
     let bytes = unsafe { std::slice::from_raw_parts(std::ptr::from_ref(value).cast::<u8>(), 24) };
     bytes.iter().map(|byte| u64::from(*byte)).sum()
 }

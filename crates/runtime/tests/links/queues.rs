@@ -82,7 +82,7 @@ kind = "collector"
 }
 
 #[test]
-fn an_evicted_reader_gets_no_more_and_that_is_said_once() {
+fn evicted_reader_gets_no_values_and_is_reported_once() {
     let text = r#"
 [modules.a]
 kind = "counter"
@@ -156,7 +156,7 @@ kind = "collector"
     assert_eq!(number(&agent, "two/sum/value"), (4..4 + count as u64).sum::<u64>() as f64);
     let links = composer.links();
     assert_eq!(links.iter().find(|link| link.to == "two/numbers").unwrap().queue.unwrap().1, 0);
-    // One with a wider window needs more again, and the others go on.
+    // One with a wider window needs more again, and the others continue.
     composer.link(&NewLink::new("three/numbers", "b/number").with("window", "200")).unwrap();
     steps(&mut agent, 12);
     assert_eq!(number(&agent, "three/count/value"), 42.0);

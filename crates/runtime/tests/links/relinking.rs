@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_runtime::configuration::{Configuration, SaveTo};
-use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
+use slate_runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
 use slate_runtime::{Agent, NewLink};
 
 use crate::links::common::number;
@@ -67,7 +67,7 @@ fn an_input_without_a_link_has_its_value_again() {
 }
 
 #[test]
-fn what_was_never_set_is_stale_and_zero_again() {
+fn unset_inputs_are_stale_and_zero_again() {
     let text = TEXT.replace("inputs.input.value = 7.0", "");
     let mut agent = lockstep(&text);
     steps(&mut agent, 3);
@@ -214,7 +214,7 @@ kind = "receiver"
 }
 
 #[test]
-fn what_only_values_have_is_refused_for_messages() {
+fn value_options_are_refused_for_messages() {
     let text = r#"
 [modules.a]
 kind = "counter"
@@ -241,11 +241,11 @@ impl Sharing for Nobody {
         Ok(())
     }
 
-    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
 }
 
 #[test]
-fn what_was_linked_is_saved_with_comments_kept() {
+fn saved_links_keep_comments() {
     let folder = std::env::temp_dir().join(format!("slate-links-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("robot.toml");
@@ -328,7 +328,7 @@ fn others_are_linked_otherwise_and_a_module_is_woken_as_before() {
 }
 
 #[test]
-fn what_is_of_the_last_cycle_wakes_when_it_is_seen_and_once() {
+fn value_of_last_cycle_wakes_once_when_seen() {
     let text = "[modules.a]\nkind = \"counter\"\n[modules.relay]\nstage = \"Think\"\n[links]\n\
                 \"relay/input\" = { from = \"a/number\", previous = true }\n";
     let mut agent = lockstep(text);

@@ -76,7 +76,7 @@ fn only_what_a_link_leads_to_has_a_writer() {
     // What the configuration sets is no less fresh for that.
     let fresh = named(&agent, "fresh");
     assert!(fresh.contains(&"set") && !fresh.contains(&"unset"), "{fresh:?}");
-    // A person who sets an input is no writer either.
+    // A manual value has no writer either.
     for input in ["witness/unset", "idle/input"] {
         agent
             .board()

@@ -64,7 +64,7 @@ fn targets_are_off_by_default_and_a_later_layer_removes_one() {
 }
 
 #[test]
-fn what_is_wrong_is_shown_where_it_is_written() {
+fn errors_are_shown_at_their_place() {
     let wrong = [
         ("[log]\nrepeat = -1\n", "`repeat` takes a whole number from 0, found -1"),
         ("[log]\ntarget = 1\n", "unknown key `target` in [log]"),

@@ -66,7 +66,7 @@ fn a_hanging_target_and_a_flooding_module_delay_no_other() {
     let dropped = agent.logger().dropped_of("talker");
     assert!(dropped > 5000 && dropped <= agent.logger().dropped());
     let talker = of("talker");
-    // One of the lines only tells of what was dropped.
+    // One of the lines only reports what was dropped.
     assert_eq!(talker.len() as u64 - 1 + dropped, 100 * 20 * 3);
     assert_eq!(talker.iter().map(|line| line.dropped).sum::<u64>(), dropped, "all are told of");
     assert_eq!(talker.last().unwrap().text, "lines of the log were dropped, as its targets are too slow");

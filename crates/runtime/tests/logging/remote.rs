@@ -101,7 +101,7 @@ fn a_subscriber_that_hangs_is_nothing_to_the_other_targets() {
     let memory = MemoryTarget::default();
     let logger = logger(0, vec![Box::new(target), Box::new(memory.clone())]);
     let text = "x".repeat(500);
-    // Fewer at a time than the buffer holds, so that all arrive unless somebody waits.
+    // Fewer at a time than the buffer holds, so that all arrive unless a thread waits.
     for number in 0..100 {
         (0..400).for_each(|_| logger.log(number, Level::Info, &text));
         logger.flush(LONG);

@@ -57,7 +57,7 @@ fn expected(lines: &[(u64, &str, &str)]) -> Vec<(u64, String, String)> {
 const ONE: &str = "time.source = \"parrot\"\nloop.period = \"100ms\"\n[modules.parrot]\n";
 
 #[test]
-fn what_is_said_too_often_is_summed_up_when_its_window_ends() {
+fn repeated_lines_are_summarized_per_window() {
     let lines = [
         (0, "parrot", "again tick=1"),
         (100, "parrot", "again tick=2"),

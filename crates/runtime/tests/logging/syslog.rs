@@ -57,7 +57,7 @@ fn a_server_gets_fields_as_structured_data_of_rfc_5424() {
 }
 
 #[test]
-fn a_syslog_that_cannot_be_reached_is_said_once_and_tried_again() {
+fn unreachable_syslog_is_reported_once_and_retried() {
     let path = folder("no-syslog").join("log");
     let mut target = SyslogTarget::new(SyslogAddress::Socket(path.clone()), "robot1");
     for _ in 0..3 {
@@ -74,12 +74,12 @@ fn a_syslog_that_cannot_be_reached_is_said_once_and_tried_again() {
 }
 
 #[test]
-fn a_syslog_that_hangs_holds_nobody_up() {
+fn hanging_syslog_blocks_no_thread() {
     let path = folder("hung-syslog").join("log");
     let socket = UnixDatagram::bind(&path).unwrap();
     let mut target = SyslogTarget::new(SyslogAddress::Socket(path), "robot1");
     let mut written = 0;
-    // Nobody reads, so the system's buffer is full sometime.
+    // Without a reader the system's buffer fills up.
     while target.diagnostic().is_none() {
         target.write(&record(&format!("line {written}")));
         written += 1;

@@ -27,12 +27,15 @@ fn the_former_stages_hold_from_the_cycle_after_its_release() {
         ("give_at = 11", BACK),
         ("fail_at = 11", BACK),
         ("panic_at = 11", BACK),
-        ("policy_panics_at = 11", "the policy of director panicked; it is asked no more"),
-        ("policy_errs_at = 11", "the policy of director chose stage 7 of 2, from 0; it is asked no more"),
+        ("policy_panics_at = 11", "the policy of director panicked; it is not called any more"),
+        (
+            "policy_errs_at = 11",
+            "the policy of director chose stage 7 of 2, from 0; it is not called any more",
+        ),
     ] {
         let (mut agent, log) = lockstep(how);
         step(&mut agent, 10);
-        // Where nobody says which stage comes next, they follow one another.
+        // Without a policy the stages run in order.
         assert_eq!(ticks_in(&mut agent, 1), all(1), "{how}");
         assert_eq!(ticks_in(&mut agent, 20), all(20), "{how}");
         assert_eq!(shown(agent.board()), ten(), "{how}");
@@ -106,11 +109,11 @@ fn a_module_takes_the_loop_with_stages_or_an_order_alone() {
     let said = lines(&log, "director has");
     assert_eq!(said.len(), 4, "{said:?}");
     assert_eq!(said[1], "director has the main loop, with the stages One");
-    assert_eq!(said[2], "director has the main loop, and says which stage comes next");
+    assert_eq!(said[2], "director has the main loop, and selects the next stage");
 }
 
 #[test]
-fn who_waits_for_all_stages_waits_for_those_that_the_loop_has() {
+fn wait_for_all_stages_covers_loops_stages() {
     let (mut agent, _) = lockstep("take_at = 0, one_at = 3, give_at = 6");
     let stages = agent.synchronization().point("/stage").unwrap();
     let think = agent.synchronization().point("/stage/Think/end").unwrap();

@@ -70,7 +70,7 @@ fn owned(names: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn on_the_wall_clock_stages_change_later_and_nobody_misses_one() {
+fn wall_clock_stages_change_later_and_none_is_missed() {
     running("", Mode::Staged, |agent| {
         agent.until_shown(&owned(&["Act", "Sense"]));
         assert_eq!(lines(&agent.log, "director has").len(), 1);

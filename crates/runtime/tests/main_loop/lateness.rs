@@ -71,7 +71,7 @@ fn in_lockstep_a_stage_has_the_time_that_it_takes() {
 }
 
 #[test]
-fn a_module_that_is_late_again_and_again_is_said_once_a_second() {
+fn repeatedly_late_module_is_reported_once_a_second() {
     let text = r#"
 [loop]
 period = "1ms"
@@ -118,7 +118,7 @@ fn an_overrun_names_what_took_longest() {
 }
 
 #[test]
-fn what_passes_between_two_runs_is_no_overrun() {
+fn time_between_runs_is_no_overrun() {
     let (mut agent, log) = wall_clock(&format!("loop.period = \"50ms\"\n{}", witnesses(&[("a", "Act")])));
     run(&mut agent, 2);
     std::thread::sleep(Duration::from_millis(200));

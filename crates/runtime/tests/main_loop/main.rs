@@ -1,4 +1,4 @@
-//! The main loop: its stages and who may change them, what is late and what it is told of, and what is measured.
+//! The main loop: stages and their changes, late modules, warnings and measurements.
 #![cfg(not(feature = "shuttle"))]
 #![allow(
     clippy::unwrap_used,

@@ -54,7 +54,7 @@ fn lockstep_times_one_cycle_in_16_and_steps_with_deadlines() {
 }
 
 #[test]
-fn what_is_measured_changes_no_byte_that_modules_write() {
+fn measurements_change_no_output_of_modules() {
     let text = format!("time.source = \"planner\"\n[modules.counter]\n{}", witnesses(&MODULES));
     let digest = |text: &str, traced: bool| {
         // Witnesses count for all tests together, so what they write is no part of this.

@@ -1,4 +1,4 @@
-//! Files that are no plugins, no longer whole, or not what they say: each is refused in words, and the agent goes on.
+//! Files that are no plugins, no longer whole, or not what they say: each is refused in words, and the agent continues.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use slate_runtime::plugin::{self, LibraryOutline};
 use crate::fixtures::{Folder, find, gcc, libraries, patch};
 use crate::support::*;
 
-/// What is said when a library of those bytes is loaded by an agent, which goes on.
+/// What is said when a library of those bytes is loaded by an agent, which continues.
 #[track_caller]
 fn refusal_of(bytes: &[u8]) -> String {
     let folder = Folder::new();
@@ -84,7 +84,7 @@ fn a_table_of_another_version_than_its_file_is_refused() {
 #[test]
 fn a_table_with_other_kinds_than_its_file_is_refused() {
     let text = refusal_of_patched("{\"name\":\"counter\",\"doc\"", "{\"name\":\"kounter\",\"doc\"");
-    assert_says(&text, &["says that it brings kounter, but brings counter", "`.slate`"]);
+    assert_says(&text, &["declares kounter, but contains counter", "`.slate`"]);
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn a_library_that_is_no_plugin_is_refused() {
 }
 
 #[test]
-fn what_is_no_library_for_this_machine_is_refused() {
+fn library_of_other_machine_is_refused() {
     for bytes in [&b""[..], b"#!/bin/sh\necho hello\n", &[0; 4096], &bytes()[..40]] {
         assert_says(&refusal_of(bytes), &["is no shared library (ELF, 64 bits)", "cdylib"]);
     }
@@ -129,7 +129,7 @@ fn what_is_no_library_for_this_machine_is_refused() {
 }
 
 #[test]
-fn what_is_no_file_is_refused() {
+fn non_file_is_refused() {
     let folder = Folder::new();
     let directory = folder.write("file", b"").parent().unwrap().to_owned();
     let pipe = directory.join("pipe");
@@ -324,7 +324,7 @@ fn sealed_library_is_refused_when_any_byte_changes() {
     let sealed = fs::read(&file).unwrap();
     assert_eq!(&sealed[..bytes().len()], bytes(), "the library itself is as it was");
     let parsed = object::File::parse(&*sealed).unwrap();
-    // In tables of the loader, where a changed byte ends who opens it, or ends it later.
+    // In tables of the loader, where a changed byte ends the opening process, at once or later.
     for name in [".rela.dyn", ".gnu.version", ".text", ".dynsym"] {
         let Some((at, length)) = parsed.section_by_name(name).and_then(|section| section.file_range()) else {
             continue;
@@ -336,7 +336,7 @@ fn sealed_library_is_refused_when_any_byte_changes() {
 }
 
 #[test]
-fn changed_library_is_told_of_and_damaged_one_refused() {
+fn changed_library_is_reported_and_damaged_one_refused() {
     let folder = Folder::new();
     let file = folder.write("libcounter.so", &bytes());
     let known = folder.write("libraries.json", b"no such file");

@@ -1,4 +1,4 @@
-//! Panics in every call of a plugin: whoever calls is told, and nobody else notices.
+//! Panics in every call of a plugin: the caller gets an error, and others are not affected.
 
 use slate_blackboard::interface::Value;
 use slate_runtime::{Agent, Mode, PluginError};

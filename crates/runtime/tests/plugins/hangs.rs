@@ -1,4 +1,4 @@
-//! Modules that do not return: they are named, nothing of them is taken away under them, and the rest goes on.
+//! Modules that do not return: they are named, nothing of them is taken away under them, and the rest continues.
 
 use slate_blackboard::interface::Value;
 use slate_runtime::{Mode, PluginError};

@@ -146,7 +146,7 @@ fn an_actuator_of_an_unloaded_module_gets_its_safe_command() {
 }
 
 #[test]
-fn what_a_library_says_of_itself_is_read_without_the_rest_of_it() {
+fn library_outline_is_read_without_loading() {
     let folder = Folder::new();
     let library = folder.copy(&plain());
     // More than there is memory for; none of it is on the disk.

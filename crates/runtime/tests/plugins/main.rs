@@ -14,7 +14,6 @@ mod damage;
 mod dependencies;
 mod faults;
 mod fixtures;
-mod frozen;
 mod hangs;
 mod loading;
 mod memory;
@@ -24,6 +23,7 @@ mod refusals;
 mod reload;
 mod shadow;
 mod shadow_faults;
+mod snapshot;
 mod support;
 #[path = "../common/trace.rs"]
 mod trace;

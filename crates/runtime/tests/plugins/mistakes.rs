@@ -1,11 +1,11 @@
-//! Mistakes of an author in C, which no compiler saw.
+//! Errors of an author in C, which no compiler saw.
 
 use std::path::{Path, PathBuf};
 
 use crate::fixtures::{Folder, gcc};
 use crate::support::*;
 
-/// The library with a mistake.
+/// The library with an error.
 fn rogue(folder: &Folder, definitions: &[(&str, &str)]) -> PathBuf {
     let definitions: Vec<String> =
         definitions.iter().map(|(name, value)| format!("-D{name}={value}")).collect();

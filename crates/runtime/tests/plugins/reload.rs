@@ -12,7 +12,7 @@ fn counts(agent: &Agent) -> (u64, u64) {
     (number(agent, "beat/count/value"), number(agent, "counter/count/value"))
 }
 
-/// That the counter goes on as if nothing had happened, with that code.
+/// That the counter continues as if nothing had happened, with that code.
 #[track_caller]
 fn goes_on(agent: &mut Agent, version: u64) {
     for _ in 0..3 {
@@ -135,7 +135,7 @@ fn a_module_gets_other_ports_and_its_links_and_state_stay() {
 }
 
 #[test]
-fn what_was_set_stays_when_a_module_gets_other_ports() {
+fn set_values_stay_after_change_of_ports() {
     let mut agent = lockstep(&robot(&plain()));
     step(&mut agent, 2);
     agent.board().write("counter/params/step", &Value::Integer(10), 0).unwrap();
@@ -204,7 +204,7 @@ fn an_interface_with_a_changed_unit_is_refused_while_it_is_read() {
 }
 
 #[test]
-fn an_interface_that_nobody_reads_may_change() {
+fn unread_interface_may_change() {
     let mut agent = lockstep(&(library("counter", &plain()) + "[modules.counter]\n"));
     step(&mut agent, 3);
     let (old, _) = agent.board().find("counter/count").unwrap();

@@ -1,4 +1,4 @@
-//! New code that panics, hangs or is slow beside the old: nobody else notices.
+//! New code that panics, hangs or is slow beside the old: others are not affected.
 
 use std::time::{Duration, Instant};
 
@@ -65,7 +65,7 @@ fn new_code_that_panics_is_counted_and_does_not_take_over() {
 }
 
 #[test]
-fn new_code_that_hangs_disturbs_nobody_and_can_be_left() {
+fn hanging_new_code_disturbs_no_module_and_can_be_ended() {
     let running = beside_a_rogue();
     set(&running, "counter/params/hang", 6000);
     set(&running, "counter/params/rogue", HANGS);

@@ -42,7 +42,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_no_snapshot_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+    fn invalid_snapshot_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         prop_assert!(read("noise", &bytes).is_err());
     }
 }
@@ -59,7 +59,7 @@ fn a_file_with_more_behind_it_is_refused() {
 }
 
 #[test]
-fn another_version_is_told() {
+fn other_version_is_reported() {
     let mut bytes = Vec::new();
     let later = [("slate_snapshot", 2)].into_iter().collect::<std::collections::BTreeMap<_, _>>();
     ciborium::into_writer(&later, &mut bytes).unwrap();

@@ -15,7 +15,7 @@ fn told(database: &Database) -> Vec<(String, Option<String>, Option<String>)> {
 }
 
 /// A snapshot of an agent whose configuration has all layers, in a file, and the database that it had.
-fn frozen(name: &str) -> (Snapshot, Database) {
+fn saved(name: &str) -> (Snapshot, Database) {
     let sets = vec!["modules.counter.params.panic_at=30".into(), "modules.receiver.every=200ms".into()];
     let how = Options { sets, ..Options::default() };
     let database = Database::from_text("robot.toml", ROBOT, how).unwrap();
@@ -31,7 +31,7 @@ fn frozen(name: &str) -> (Snapshot, Database) {
 
 #[test]
 fn resume_keeps_layers_of_configuration() {
-    let (snapshot, before) = frozen("layers");
+    let (snapshot, before) = saved("layers");
     let database = snapshot.configuration(vec![]).unwrap();
     assert_eq!(told(&database), told(&before));
     assert!(told(&database).len() >= 3, "{:?}", told(&database));
@@ -55,7 +55,7 @@ fn present_of(before: &Database, path: &str) -> Option<String> {
 
 #[test]
 fn settings_of_resume_go_over_all_layers() {
-    let (snapshot, _) = frozen("layers-sets");
+    let (snapshot, _) = saved("layers-sets");
     let database = snapshot.configuration(vec!["modules.counter.params.panic_at=50".into()]).unwrap();
     let present = |path: &str| database.get(path).unwrap().first().map(|own| own.value.to_string());
     assert_eq!(present("modules.counter.params.panic_at").as_deref(), Some("50"));
@@ -78,7 +78,7 @@ fn cbor(value: &impl serde::Serialize) -> Vec<u8> {
 
 #[test]
 fn snapshot_without_layers_is_read_as_before() {
-    let (_, before) = frozen("layers-old");
+    let (_, before) = saved("layers-old");
     let file = file("layers-old");
     // As a version wrote it that knew the sum alone.
     let mut document: Cbor = ciborium::from_reader(&*std::fs::read(&file).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! Snapshots: an agent goes on from one as if nothing had happened, or is left as it was.
+//! Snapshots: an agent continues from one as if nothing had happened, or is left as it was.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;

@@ -1,11 +1,11 @@
-//! What senders know of their messages after an agent went on from a snapshot.
+//! What senders know of their messages after an agent continued from a snapshot.
 
 use std::collections::BTreeMap;
 
 use slate_module::prelude::*;
 use slate_module::{Delivery, Plugin};
 use slate_runtime::configuration::{Database, Options as Reading};
-use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
+use slate_runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
 use slate_runtime::{Agent, Options};
 
 use crate::snapshot::common::{Number, Pair, number, plugins};
@@ -38,7 +38,7 @@ impl Module for Mailer {
     }
 }
 
-/// Shares with nobody.
+/// Sharing without peers.
 struct Alone;
 
 impl Sharing for Alone {
@@ -46,7 +46,7 @@ impl Sharing for Alone {
         Ok(())
     }
 
-    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
 }
 
 fn agent(rest: &str) -> Agent {

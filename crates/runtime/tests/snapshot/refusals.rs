@@ -16,7 +16,7 @@ fn snapshot() -> Snapshot {
     agent.composer().snapshot().unwrap()
 }
 
-/// An agent that is asked to go on from a snapshot which does not fit; what it says.
+/// Error of an agent that restores a snapshot which does not fit.
 fn refused(mut agent: Agent) -> String {
     steps(&mut agent, 4);
     let before = seen(&mut agent);
@@ -27,7 +27,7 @@ fn refused(mut agent: Agent) -> String {
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn mismatch_is_named() {
     for (what, with, words) in [
         ("agent.name = \"robot\"", "agent.name = \"other\"", "this is agent `other`"),
         ("[modules.dice]", "[modules.dice]\n[modules.more]\nkind = \"dice\"", "module `more` is not in it"),
@@ -123,7 +123,7 @@ fn a_refused_load_touches_no_setting_and_no_link() {
 }
 
 #[test]
-fn a_snapshot_of_another_agent_is_told_so_and_no_more() {
+fn snapshot_of_another_agent_is_one_error() {
     let text = ROBOT.replace("agent.name = \"robot\"", "agent.name = \"other\"");
     let text = text.replace("[modules.dice]", "[modules.dice]\nparams = {}\n[modules.more]\nkind = \"dice\"");
     let said = refused(robot(&text));
@@ -131,7 +131,7 @@ fn a_snapshot_of_another_agent_is_told_so_and_no_more() {
 }
 
 #[test]
-fn many_differences_are_a_line_each_and_not_all_told() {
+fn many_differences_have_a_line_each_up_to_a_limit() {
     let mut text = ROBOT.to_owned();
     for number in 0..30 {
         text += &format!("[modules.more{number}]\nkind = \"dice\"\n");

@@ -43,17 +43,17 @@ fn an_agent_goes_back_in_its_own_process_as_often_as_one_likes() {
 
 #[test]
 fn it_takes_no_part_in_the_run() {
-    let (mut quiet, mut frozen) = (robot(ROBOT), robot(ROBOT));
+    let (mut quiet, mut saved) = (robot(ROBOT), robot(ROBOT));
     for _ in 0..50 {
         steps(&mut quiet, 1);
-        steps(&mut frozen, 1);
-        frozen.composer().snapshot().unwrap();
+        steps(&mut saved, 1);
+        saved.composer().snapshot().unwrap();
     }
-    assert_eq!(seen(&mut frozen), seen(&mut quiet));
+    assert_eq!(seen(&mut saved), seen(&mut quiet));
 }
 
 #[test]
-fn what_was_changed_at_run_time_comes_along() {
+fn run_time_changes_are_part_of_snapshot() {
     let mut agent = robot(ROBOT);
     steps(&mut agent, 5);
     agent
@@ -132,7 +132,7 @@ fn a_running_agent_gets_the_settings_of_its_snapshot_back() {
 }
 
 #[test]
-fn what_a_snapshot_does_not_say_is_as_the_files_say_again() {
+fn settings_outside_of_snapshot_return_to_files() {
     let mut agent = robot(ROBOT);
     let database = agent.database().unwrap().clone();
     steps(&mut agent, 3);
@@ -157,7 +157,7 @@ fn what_a_snapshot_does_not_say_is_as_the_files_say_again() {
 }
 
 #[test]
-fn what_only_the_files_say_holds_no_more() {
+fn settings_of_files_alone_hold_no_more() {
     let mut agent = robot(ROBOT);
     steps(&mut agent, 5);
     let snapshot = agent.composer().snapshot().unwrap();

@@ -62,7 +62,7 @@ fn modules_with_threads_of_their_own_stand_still_for_it() {
     let snapshot = slate_runtime::snapshot::Snapshot::read(&path).unwrap();
     let mut second = threaded(snapshot.configuration_text());
     second.restore(&snapshot).unwrap();
-    // Nothing runs yet, and the time goes on from there.
+    // Nothing runs yet, and the time continues from there.
     let count = number(&second, "counter/number/value");
     assert!(count < 150.0 && count > 0.0);
     assert!(second.now() >= time);
@@ -76,7 +76,7 @@ fn modules_with_threads_of_their_own_stand_still_for_it() {
 }
 
 #[test]
-fn going_back_while_threads_run_loses_nobody() {
+fn restore_during_threads_loses_no_module() {
     let mut agent = threaded(THREADED);
     let composer = agent.composer();
     run_until(&mut agent, 300.0, || {

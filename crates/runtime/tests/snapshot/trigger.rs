@@ -60,7 +60,7 @@ fn a_snapshot_does_not_take_the_place_of_the_log() {
 }
 
 #[test]
-fn what_cannot_be_looked_at_is_refused() {
+fn unreadable_trigger_property_is_refused() {
     for (line, words) in [
         ("at = \"1s\"", "no file"),
         ("file = \"x\"", "does not say when"),

@@ -94,7 +94,7 @@ fn a_thread_that_does_not_stop_keeps_only_its_own_module() {
     eventually("the thread begins", || load(&begun) == 1);
     let composer = stage.agent.composer();
     let unloader = std::thread::spawn(move || composer.unload("scripted"));
-    // The loop goes on meanwhile, and asks for a thread that must not begin now.
+    // The loop continues meanwhile, and requests a thread that must not begin now.
     let start = Instant::now();
     while !unloader.is_finished() {
         stage.step();
@@ -110,7 +110,7 @@ fn a_thread_that_does_not_stop_keeps_only_its_own_module() {
     );
     assert_eq!(
         error.to_string(),
-        "thread `mule` of module `stubborn` has not ended within 300ms of being told to stop"
+        "thread `mule` of module `stubborn` has not ended within 300ms after the stop request"
     );
     // The module stays, and so the thread that was told to stop in vain begins again.
     stage.until_true("a new thread", |_| load(&begun) == 2);
@@ -182,8 +182,8 @@ fn a_module_off_for_good_loses_its_threads_and_names_stuck_ones() {
     for _ in 0..10 {
         stage.step();
     }
-    let named = "Error agent the thread `mule` of hopeless has not ended within 300ms of being told to stop; it is \
-                 left behind, and its code stays in memory";
+    let named = "Error agent the thread `mule` of hopeless has not ended within 300ms after the stop request; it \
+                 is abandoned, and its code stays in memory";
     eventually("it is named", || stage.lines().iter().any(|line| line == named));
     released.store(true, Ordering::SeqCst);
     eventually("the module can go", || stage.agent.composer().unload("scripted").is_ok());

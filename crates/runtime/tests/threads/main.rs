@@ -102,7 +102,7 @@ fn lockstep_says_once_that_threads_cannot_be_repeated() {
 }
 
 #[test]
-fn threads_and_ticks_meet_at_synchronisation_points() {
+fn threads_and_ticks_meet_at_synchronization_points() {
     script("meeting", |io, now| {
         let synchronization = &io.synchronization;
         if now.number() == 1 {

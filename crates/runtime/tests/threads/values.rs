@@ -137,7 +137,7 @@ fn wrong_names_double_names_and_too_many_threads_are_refused() {
 }
 
 #[test]
-fn what_a_failed_tick_asks_for_does_not_happen() {
+fn requests_of_failed_tick_have_no_effect() {
     let (begun, dropped) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let (seen, guard) = (Arc::clone(&begun), Arc::clone(&dropped));
     script("failing", move |io, now| {

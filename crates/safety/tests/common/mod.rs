@@ -1,6 +1,6 @@
 //! What the tests of the gate share.
 #![allow(dead_code, missing_docs, reason = "each test file uses a part")]
-#![allow(clippy::expect_used, reason = "a test's mistake ends the test")]
+#![allow(clippy::expect_used, reason = "a test's error ends the test")]
 
 use slate_module::blackboard::interface::{Interface, View};
 use slate_module::{Sequence, interface};

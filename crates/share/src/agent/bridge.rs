@@ -9,12 +9,12 @@ use std::time::Duration;
 use slate_blackboard::nearest_names;
 use slate_module::Level;
 use slate_runtime::directory::agents;
-use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
+use slate_runtime::sharing::{DemandState, RemoteDemand, RemotePath, Site};
 
 use super::outbox::Outbox;
 use super::reading::RemoteReading;
 use super::subscriptions::Subscriptions;
-use super::{CHANGE_BIT, SharingRequests, UPDATE_BIT, Wants, Warning};
+use super::{CHANGE_BIT, Demands, SharingRequests, UPDATE_BIT, Warning};
 use crate::peers::{Peers, lock};
 
 /// Polling period while an answer is pending, and polling period otherwise.
@@ -58,9 +58,9 @@ impl Bridge {
     pub fn run(&mut self, requests: &SharingRequests) {
         let mut polled = 0;
         while !requests.ended.load(Ordering::Acquire) {
-            let wants = lock(&requests.wants).take();
-            if let Some(wants) = wants {
-                self.set_wants(wants);
+            let demands = lock(&requests.demands).take();
+            if let Some(demands) = demands {
+                self.set_demands(demands);
                 polled = 0;
             }
             let now = (self.site.steady)();
@@ -86,46 +86,46 @@ impl Bridge {
     }
 
     /// Updates subscriptions and mailboxes to the requested ones.
-    fn set_wants(&mut self, wants: Wants) {
+    fn set_demands(&mut self, demands: Demands) {
         // Those of one property share a subscription, which begins anew when one of them wants something else.
         let changed = self
             .readings
             .iter()
-            .filter(|(path, reading)| wants.get(*path).is_some_and(|want| *want != reading.want));
+            .filter(|(path, reading)| demands.get(*path).is_some_and(|demand| *demand != reading.demand));
         let changed: BTreeSet<(String, String)> =
             changed.map(|(path, reading)| (path.agent.clone(), reading.property().to_owned())).collect();
         let subscriptions = &mut self.subscriptions;
         self.readings.retain(|path, reading| {
-            let stays = wants.contains_key(path)
+            let stays = demands.contains_key(path)
                 && !changed.contains(&(path.agent.clone(), reading.property().to_owned()));
             if !stays {
                 reading.end(subscriptions);
-                if wants.contains_key(path) {
-                    // Nobody may go on with what leaves the board, and what comes in its place is told as another one.
+                if demands.contains_key(path) {
+                    // A removed property must not be read any more; its successor is reported as another one.
                     let reason = "it is subscribed to anew, as links want something else of it".into();
-                    reading.report(&self.site.host, Standing::Absent { reason });
+                    reading.report(&self.site.host, DemandState::Absent { reason });
                 }
             }
             stays
         });
-        self.outboxes.retain(|path, _| wants.get(path) == Some(&Want::Messages));
-        self.forget(&wants);
-        for (path, want) in wants {
+        self.outboxes.retain(|path, _| demands.get(path) == Some(&RemoteDemand::Messages));
+        self.forget(&demands);
+        for (path, demand) in demands {
             self.dial(&path.agent);
-            match want {
-                Want::Messages => {
+            match demand {
+                RemoteDemand::Messages => {
                     self.outboxes.entry(path.clone()).or_insert_with(|| Outbox::new(path));
                 }
-                Want::Values { .. } => {
-                    self.readings.entry(path.clone()).or_insert_with(|| RemoteReading::new(path, want));
+                RemoteDemand::Values { .. } => {
+                    self.readings.entry(path.clone()).or_insert_with(|| RemoteReading::new(path, demand));
                 }
             }
         }
     }
 
     /// Stops dialling agents that no link needs any more.
-    fn forget(&mut self, wants: &Wants) {
-        let is_wanted = |agent: &String| wants.keys().any(|path| path.agent == *agent);
+    fn forget(&mut self, demands: &Demands) {
+        let is_wanted = |agent: &String| demands.keys().any(|path| path.agent == *agent);
         // Agents of the team also exchange its knowledge.
         let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
         for (agent, _) in self.dialled.extract_if(.., |agent, _| !is_wanted(agent)) {
@@ -181,9 +181,9 @@ impl Bridge {
             return None;
         }
         let at = match self.dialled.get(agent) {
-            Some(Ok(endpoint)) => format!("agent `{agent}` is not there, at {endpoint}"),
+            Some(Ok(endpoint)) => format!("agent `{agent}` is not reachable at {endpoint}"),
             Some(Err(error)) => return Some(error.clone()),
-            None => format!("agent `{agent}` is not there"),
+            None => format!("agent `{agent}` is not reachable"),
         };
         let reason = self.subscriptions.peers.reason(agent);
         let suggestions = self.suggestions(agent, now);

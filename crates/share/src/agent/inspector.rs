@@ -43,9 +43,9 @@ impl Inspector {
         let names: BTreeSet<&str> = known.iter().chain(self.endpoints.keys()).map(String::as_str).collect();
         let near = nearest_names(agent, names.iter().copied());
         let others = match (names.is_empty(), near.is_empty()) {
-            (true, _) => "it knows none".to_owned(),
+            (true, _) => "none is known".to_owned(),
             (_, false) => format!("nearest: {}", near.join(", ")),
-            _ => format!("it knows {}", names.into_iter().collect::<Vec<_>>().join(", ")),
+            _ => format!("known: {}", names.into_iter().collect::<Vec<_>>().join(", ")),
         };
         Err(format!("this agent knows no agent `{agent}`; {others}"))
     }

@@ -24,7 +24,7 @@ use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::configuration::{Configuration, Report};
 use slate_runtime::sharing::{
-    About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, TeamExchange, Want,
+    About, Inspection, RemoteDemand, RemotePath, Sharing, SharingError, Site, TEAM, TeamExchange,
 };
 
 use crate::carrier::{Carrier, CarrierError};
@@ -35,7 +35,7 @@ use bridge::Bridge;
 use inspector::Inspector;
 
 /// Requested properties and mailboxes, by their paths.
-type Wants = BTreeMap<RemotePath, Want>;
+type Demands = BTreeMap<RemotePath, RemoteDemand>;
 
 /// Check that returns a warning about conditions that will prevent links.
 type Warning = Box<dyn Fn() -> Option<String> + Send>;
@@ -64,7 +64,7 @@ struct RunningSharing {
 /// Requests to the thread.
 struct SharingRequests {
     wake: Arc<Wake>,
-    wants: Mutex<Option<Wants>>,
+    demands: Mutex<Option<Demands>>,
     ended: AtomicBool,
 }
 
@@ -110,7 +110,7 @@ impl Sharing for AgentSharing {
         site.host.after_tick(Box::new(move || notifier.notify()));
         let requests = Arc::new(SharingRequests {
             wake: Arc::clone(&site.wake),
-            wants: Mutex::default(),
+            demands: Mutex::default(),
             ended: AtomicBool::new(false),
         });
         // Mixed, as two starts may be close to each other.
@@ -129,18 +129,20 @@ impl Sharing for AgentSharing {
         Ok(())
     }
 
-    fn want(&mut self, wants: Wants) {
+    fn set_demands(&mut self, demands: Demands) {
         if let Some(running) = &self.running {
-            let (of_team, wants): (Wants, Wants) =
-                wants.into_iter().partition(|(path, _)| path.agent == TEAM);
+            let (of_team, demands): (Demands, Demands) =
+                demands.into_iter().partition(|(path, _)| path.agent == TEAM);
             if let Some(team) = &running.team {
-                let topic = |(path, want): (RemotePath, Want)| match want {
-                    Want::Values { interface, .. } => Some((path.path, interface.map(|found| found.0))),
-                    Want::Messages => None,
+                let topic = |(path, demand): (RemotePath, RemoteDemand)| match demand {
+                    RemoteDemand::Values { interface, .. } => {
+                        Some((path.path, interface.map(|found| found.0)))
+                    }
+                    RemoteDemand::Messages => None,
                 };
-                team.want(of_team.into_iter().filter_map(topic).collect());
+                team.set_topics(of_team.into_iter().filter_map(topic).collect());
             }
-            *lock(&running.requests.wants) = Some(wants);
+            *lock(&running.requests.demands) = Some(demands);
             running.requests.wake.notify(CHANGE_BIT);
         }
     }
@@ -206,10 +208,10 @@ impl AgentSharing {
                 // Otherwise every agent that the authority has signed could read and command everything.
                 if !rights(site).is_restricted() {
                     return Err(SharingError {
-                        message: "[share.security] says who this agent is, but not what others may do".into(),
+                        message: "[share.security] has this agent's identity, but no rights of others".into(),
                         help: Some(
-                            "add [share.security.allow.NAME] with `read` and `send` for each agent that is let in; \
-                             nobody else is"
+                            "add [share.security.allow.NAME] with `read` and `send` for each permitted agent; \
+                             all others are refused"
                                 .into(),
                         ),
                         about: About::Security,
@@ -260,7 +262,7 @@ fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
                 host.log(Level::Info, &format!("agent `{agent}` is connected"));
             }
             PeerEvent::Disconnected { reason } => {
-                host.log(Level::Info, &format!("agent `{agent}` is gone: {reason}"));
+                host.log(Level::Info, &format!("agent `{agent}` is lost: {reason}"));
             }
             _ => {}
         }
@@ -302,7 +304,7 @@ impl Drop for RunningSharing {
 }
 
 /// Returns a number unique to this start of the agent: the time of its start.
-#[allow(clippy::disallowed_methods, reason = "no clock of the agent tells two of its starts apart")]
+#[allow(clippy::disallowed_methods, reason = "no clock of the agent distinguishes two of its starts")]
 fn instance() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX) ^ u64::from(std::process::id())

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver as Answers, TryRecvError};
 
 use slate_blackboard::Carrier;
 use slate_blackboard::message::{ABANDONED, Answer as Reply, Receiver};
-use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing};
+use slate_runtime::sharing::{DemandState, RemotePath, SharingHost, Site};
 
 use crate::peers::Peers;
 use crate::session::DeliveryStatus;
@@ -24,7 +24,7 @@ pub(super) struct Outbox {
     error: Option<String>,
     /// Absence of the other agent.
     absent: bool,
-    reported: Option<Standing>,
+    reported: Option<DemandState>,
 }
 
 impl Outbox {
@@ -45,13 +45,13 @@ impl Outbox {
             // An earlier error does not apply to the next message.
             self.error = None;
         }
-        let standing = match absence.or_else(|| self.error.clone()) {
-            Some(reason) => Standing::Absent { reason },
-            None => Standing::Served { property: self.path.path.clone() },
+        let state = match absence.or_else(|| self.error.clone()) {
+            Some(reason) => DemandState::Absent { reason },
+            None => DemandState::Served { property: self.path.path.clone() },
         };
-        if self.reported.as_ref() != Some(&standing) {
-            self.reported = Some(standing.clone());
-            host.report(&self.path, standing);
+        if self.reported.as_ref() != Some(&state) {
+            self.reported = Some(state.clone());
+            host.report(&self.path, state);
         }
     }
 

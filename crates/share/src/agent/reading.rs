@@ -1,10 +1,12 @@
 //! Subscription of a link to a property of another agent, or to a field of one.
 //! The answer of the other agent decides between the two.
 
-use slate_runtime::sharing::{Compression as Wish, Pace, RemotePath, SharingHost, Standing, Want as Wanted};
+use slate_runtime::sharing::{
+    Compression as RequestedCompression, DemandState, Pace, RemoteDemand, RemotePath, SharingHost,
+};
 
 use super::subscriptions::Subscriptions;
-use crate::peers::{Status, Want};
+use crate::peers::{Status, WantedProperty};
 use crate::session::{Compression, Content, Mode, Options};
 
 /// Delay after a refusal, ns.
@@ -12,7 +14,7 @@ const RETRY_DELAY: u64 = 1_000_000_000;
 
 pub(super) struct RemoteReading {
     path: RemotePath,
-    pub want: Wanted,
+    pub demand: RemoteDemand,
     /// Path of the subscription: the whole path, or the beginning of it.
     property: String,
     is_open: bool,
@@ -21,16 +23,16 @@ pub(super) struct RemoteReading {
     /// Refusal of the whole path by the other agent.
     refusal: Option<String>,
     retry_at: u64,
-    reported: Option<Standing>,
+    reported: Option<DemandState>,
     settled: bool,
 }
 
 impl RemoteReading {
-    pub fn new(path: RemotePath, want: Wanted) -> Self {
+    pub fn new(path: RemotePath, demand: RemoteDemand) -> Self {
         Self {
             property: path.path.clone(),
             path,
-            want,
+            demand,
             is_open: false,
             was_served: false,
             refusal: None,
@@ -58,10 +60,10 @@ impl RemoteReading {
         self.was_served = false;
     }
 
-    pub fn report(&mut self, host: &SharingHost, standing: Standing) {
-        if self.reported.as_ref() != Some(&standing) {
-            self.reported = Some(standing.clone());
-            host.report(&self.path, standing);
+    pub fn report(&mut self, host: &SharingHost, state: DemandState) {
+        if self.reported.as_ref() != Some(&state) {
+            self.reported = Some(state.clone());
+            host.report(&self.path, state);
         }
     }
 
@@ -84,7 +86,7 @@ impl RemoteReading {
                     self.retry_at = now + RETRY_DELAY;
                     // Why it is not even dialled says more.
                     let reason = absence.unwrap_or_else(|| error.to_string());
-                    return self.report(host, Standing::Absent { reason });
+                    return self.report(host, DemandState::Absent { reason });
                 }
             }
         }
@@ -103,7 +105,7 @@ impl RemoteReading {
             (None, Some(Status::Served)) => {
                 (self.was_served, self.settled, self.refusal) = (true, true, None);
                 let property = self.property.clone();
-                self.report(host, Standing::Served { property });
+                self.report(host, DemandState::Served { property });
             }
             (None, Some(Status::Waiting(reason))) => {
                 self.settled = self.property == self.path.path;
@@ -114,14 +116,14 @@ impl RemoteReading {
                 }
             }
             (None, Some(Status::Refused(reason))) if self.was_served => {
-                // It is another property than it was: nobody may read it when it leaves the board.
+                // It is another property now: it must not be read after its removal.
                 self.was_served = false;
                 self.report_missing(host, reason);
                 self.restart(subscriptions, 0);
             }
             (None, Some(Status::Refused(reason))) => {
                 let reason = self.refusal.get_or_insert(reason).clone();
-                // What is refused may be a field; a property is at least the module's and its name.
+                // The refused path may be a field; a property has at least a module and a name.
                 match self.property.rsplit_once('/') {
                     Some((shorter, _)) if shorter.contains('/') => {
                         let shorter = shorter.to_owned();
@@ -138,12 +140,12 @@ impl RemoteReading {
     }
 
     fn report_missing(&mut self, host: &SharingHost, reason: String) {
-        let standing = if self.was_served {
-            Standing::Silent { property: self.property.clone(), reason }
+        let state = if self.was_served {
+            DemandState::Silent { property: self.property.clone(), reason }
         } else {
-            Standing::Absent { reason }
+            DemandState::Absent { reason }
         };
-        self.report(host, standing);
+        self.report(host, state);
     }
 
     /// Restarts the subscription with the whole path, not before `retry_at`.
@@ -154,9 +156,9 @@ impl RemoteReading {
         self.retry_at = retry_at;
     }
 
-    fn subscription(&self) -> Want {
-        let Wanted::Values { reliable, pace, compression, every, .. } = &self.want else {
-            return Want::new(&self.property, Options::default());
+    fn subscription(&self) -> WantedProperty {
+        let RemoteDemand::Values { reliable, pace, compression, every, .. } = &self.demand else {
+            return WantedProperty::new(&self.property, Options::default());
         };
         let options = Options {
             mode: match *pace {
@@ -166,11 +168,11 @@ impl RemoteReading {
             content: if every.is_some() { Content::All } else { Content::Newest },
             reliable: *reliable,
             compression: match *compression {
-                Wish::None => Compression::None,
-                Wish::Lossless => Compression::Lossless,
-                Wish::Jpeg(quality) => Compression::Jpeg(quality),
+                RequestedCompression::None => Compression::None,
+                RequestedCompression::Lossless => Compression::Lossless,
+                RequestedCompression::Jpeg(quality) => Compression::Jpeg(quality),
             },
         };
-        Want::new(&self.property, options).depth(every.unwrap_or(1))
+        WantedProperty::new(&self.property, options).depth(every.unwrap_or(1))
     }
 }

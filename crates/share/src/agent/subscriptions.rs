@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::peers::{PeerError, Peers, Status, Want};
+use crate::peers::{PeerError, Peers, Status, WantedProperty};
 
 pub(super) struct Subscriptions {
     pub peers: Arc<Peers>,
@@ -18,13 +18,13 @@ impl Subscriptions {
 
     /// Adds a user of a subscription; the first user creates it.
     /// The options are those of the first user.
-    pub fn begin(&mut self, agent: &str, want: Want) -> Result<(), PeerError> {
-        let key = (agent.to_owned(), want.path.clone());
+    pub fn begin(&mut self, agent: &str, demand: WantedProperty) -> Result<(), PeerError> {
+        let key = (agent.to_owned(), demand.path.clone());
         if let Some((_, users)) = self.open.get_mut(&key) {
             *users += 1;
             return Ok(());
         }
-        let id = self.peers.subscribe(agent, want)?;
+        let id = self.peers.subscribe(agent, demand)?;
         self.open.insert(key, (id, 1));
         Ok(())
     }

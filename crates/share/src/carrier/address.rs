@@ -29,7 +29,7 @@ impl Address {
     }
 
     /// Returns whether the host may be this machine.
-    /// A host name counts, as it is resolved later.
+    /// A host name is valid: it is resolved later.
     pub fn may_be_here(&self) -> bool {
         let address: Option<IpAddr> = self.host.trim_matches(['[', ']']).parse().ok();
         address.is_none_or(|address| address.is_loopback())
@@ -48,10 +48,10 @@ impl Address {
         if let Ok(address) = text.parse() {
             return Ok(vec![address]);
         }
-        // The system's resolver may take far longer; that goes on without this thread.
+        // The system's resolver may take far longer; that continues without this thread.
         let (sender, found) = sync_channel(1);
         let look = move || {
-            // Nobody may wait for it any more.
+            // The waiting thread may have given up.
             let _ = sender.send(text.to_socket_addrs().map(Iterator::collect::<Vec<_>>));
         };
         thread::Builder::new()

@@ -10,7 +10,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 struct Layout {
     width: u16,
     height: u16,
-    /// Bytes of a pixel: 1 for grey, 3 for colour.
+    /// Bytes of a pixel: 1 for grey, 3 for color.
     pixel: usize,
     /// Bytes before the pixels.
     head: usize,
@@ -48,7 +48,7 @@ impl Layout {
 pub fn encode(descriptor: &'static Descriptor, bytes: &[u8], quality: u8, content: &mut Vec<u8>) -> bool {
     let Some(layout) = Layout::of(descriptor, bytes) else { return false };
     let Some(pixels) = bytes.get(layout.head..layout.head + layout.pixels()) else { return false };
-    // What lies behind the pixels would be lost.
+    // Bytes behind the pixels would be lost.
     if bytes.len() != layout.head + pixels.len() {
         return false;
     }

@@ -52,9 +52,7 @@ pub enum Refusal {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
     /// Truncated or damaged bytes.
-    #[error(
-        "what was saved of the team's knowledge is damaged; delete it, and other robots will tell what they know"
-    )]
+    #[error("the saved knowledge of the team is damaged; delete it, and other robots will send their facts")]
     Damaged,
     /// Bytes of another robot.
     #[error(
@@ -67,6 +65,6 @@ pub enum RestoreError {
         robot: u32,
     },
     /// Bytes saved with other limits, or by another version of Slate.
-    #[error("what was saved of the team's knowledge doesn't fit: {0}")]
+    #[error("the saved knowledge of the team doesn't fit: {0}")]
     Message(#[from] MessageError),
 }

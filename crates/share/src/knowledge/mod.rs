@@ -13,8 +13,8 @@
 //!     .map(|(robot, random)| Replica::new(robot, random, Limits::default()))
 //!     .into();
 //! for (one, other) in [(1, 2), (2, 3)] {
-//!     team[one - 1].add_neighbour(other as u32);
-//!     team[other - 1].add_neighbour(one as u32);
+//!     team[one - 1].add_neighbor(other as u32);
+//!     team[other - 1].add_neighbor(one as u32);
 //! }
 //! let ball = Statement { schema: 0x5eed, certainty: 0.9, value: b"here" };
 //! team[0].state(1_000, b"ball", ball)?;
@@ -37,8 +37,8 @@
 //! Each start of a robot in which it states something is a *life* of that robot, with a unique *epoch*. A life is a
 //! numbered list of statements and retractions, of which only the last about each key is kept. Only its robot writes
 //! it. A replica stores each life up to a *version*, the number of a statement. It compares the versions of all lives
-//! with its neighbours' in *digests*; the replica with a newer version of a life sends the changes. Fresh facts also go
-//! at once to two neighbours, which pass them on. Loss, duplication and reordering only cause delay.
+//! with its neighbors' in *digests*; the replica with a newer version of a life sends the changes. Fresh facts also go
+//! at once to two neighbors, which pass them on. Loss, duplication and reordering only cause delay.
 //!
 //! # Invariants
 //! 1. **A life is stored exactly at its version.** A replica's copy of a life at version *v* equals, to the byte, its
@@ -75,7 +75,7 @@
 //!   receives them.
 //! - **No order between keys, no mutual exclusion, no agreement.** An action that only one robot may perform needs a
 //!   lease.
-//! - **A lying neighbour.** An admitted robot may speak for others; any bytes are survived, but well-formed messages
+//! - **A lying neighbor.** An admitted robot may speak for others; any bytes are survived, but well-formed messages
 //!   are believed. The carrier decides on admission.
 //! - **Two robots of the same number** overrule each other; they stop soon, and [`Counters::contested`] indicates it.
 

@@ -107,7 +107,7 @@ fn accept_link(connections: &Arc<ConnectionTable>, agent_listener: &Arc<AgentLis
 }
 
 /// Waits for the first packet; returns its length.
-#[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
+#[allow(clippy::disallowed_methods, reason = "the host limits the wait for a network")]
 fn receive_first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     let start = Instant::now();
     loop {
@@ -138,7 +138,7 @@ fn greet(connections: &Arc<ConnectionTable>, agent_listener: &AgentListener, lin
     };
     let in_time = agent_listener.pending.remove(link);
     let length = match length {
-        _ if !in_time => return refuse("no greeting, and others came"),
+        _ if !in_time => return refuse("no greeting, and others connected"),
         Ok(Some(length)) => length,
         Ok(None) => return refuse(&format!("no greeting within {} s", GREETING_TIMEOUT.as_secs())),
         Err(error) if error.kind() == ErrorKind::PermissionDenied => return refuse(&error.to_string()),
@@ -151,7 +151,7 @@ fn greet(connections: &Arc<ConnectionTable>, agent_listener: &AgentListener, lin
     else {
         let (reason, answer) = rejection(context, packet);
         if let Some(answer) = answer {
-            // The closed link also tells of the refusal if this is not received.
+            // The closed link also reports the refusal if this is not received.
             let _ = link.send(&answer);
         }
         return refuse(&reason);
@@ -193,7 +193,7 @@ fn rejection(context: &PeerContext, packet: &[u8]) -> (String, Option<Vec<u8>>) 
             let answers = session.outgoing(now, packet.len(), &mut answer, &mut NoApplication);
             (reason, answers.then_some(answer))
         }
-        None => ("what came is no greeting".into(), None),
+        None => ("the first packet is no greeting".into(), None),
     }
 }
 

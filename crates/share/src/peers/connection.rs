@@ -221,7 +221,7 @@ impl PeerConnection {
                 match self.send_all(context, link, &mut packet, &mut unsent) {
                     Ok(sent) => room = sent,
                     Err(error) => {
-                        // What came before may say why: the other thread takes it, and then it drops the link.
+                        // Earlier packets may contain the reason: the other thread reads them, and then drops the link.
                         self.wake.wait_timeout(DRAIN_TIMEOUT);
                         self.drop_link(context, link, &format!("the link broke: {error}"));
                         continue;
@@ -233,7 +233,7 @@ impl PeerConnection {
             let dialled = if shows { self.dialled(context.now()) } else { String::new() };
             let mut peer = lock(&self.peer);
             let now = context.now();
-            // What happened until now has been dealt with; if it is gone now, that is because it is silent.
+            // Earlier events are handled; if it is lost now, it is silent.
             self.collect_events(&mut peer);
             peer.tick(now);
             let disconnected = self.collect_events(&mut peer);
@@ -255,7 +255,7 @@ impl PeerConnection {
                     self.wake.wait_timeout(POLL_PERIOD);
                 }
                 Some(link) if now - used_at > IDLE_TIMEOUT && self.is_unwanted(now) => {
-                    self.drop_link(context, link, "nobody needed it");
+                    self.drop_link(context, link, "it was unused");
                 }
                 // The link is silent; a new one may work.
                 Some(link) if disconnected => self.drop_link(context, link, "it is silent"),

@@ -106,7 +106,7 @@ impl Export {
         };
         let is_same_run = |seen: &Seen| seen.instance == instance && seen.sequence <= published;
         let after = self.seen.filter(is_same_run).map_or(kept, |seen| seen.sequence);
-        // What is seen from now on belongs to this property.
+        // Later values belong to this property.
         self.seen = None;
         let offer = Offer {
             path: property.path().into(),

@@ -15,7 +15,7 @@ use super::connection::PeerConnection;
 use super::connections::{ConnectionTable, RunningConnection, end_idle};
 use super::context::{Clock, Notice, PeerContext, lock};
 use super::refusals::Refusals;
-use super::{RemoteProperty, Rights, Status, Want};
+use super::{RemoteProperty, Rights, Status, WantedProperty};
 use crate::carrier::{Carrier, CarrierError};
 use crate::session::{DeliveryStatus, Identity, Limits, SendError};
 
@@ -220,7 +220,7 @@ impl Peers {
             .of(&self.connections.context.identity.agent, agent)
             .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        // Within the lock, as a connection that dials nobody is idle.
+        // Within the lock, as a connection without a peer to dial is idle.
         self.connections
             .with_connections(|connections| self.connections.connection_in(connections, agent, configure))
             .map(drop)
@@ -268,7 +268,7 @@ impl Peers {
     ///
     /// # Errors
     /// If no agent of that name is known, or the mirror's path is taken.
-    pub fn subscribe(&self, agent: &str, want: Want) -> Result<u32, PeerError> {
+    pub fn subscribe(&self, agent: &str, want: WantedProperty) -> Result<u32, PeerError> {
         let (connection, path) = (self.connection(agent)?, want.path.clone());
         let subscribed = lock(&connection.peer).subscribe(want);
         connection.wake.notify(1);
@@ -376,7 +376,7 @@ impl Drop for Peers {
         for RunningConnection { connection, sends, receives } in connections.into_values() {
             // A thread that panicked has ended, too.
             drop(sends.join());
-            // One that looks for somebody far away does so for seconds, and then finds that nobody waits for it.
+            // A search for a remote agent takes seconds; the caller may have given up then.
             if !connection.is_dialling.load(Ordering::SeqCst) {
                 drop(receives.join());
             }

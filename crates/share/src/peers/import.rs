@@ -6,7 +6,7 @@ use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Descriptor, Kind, Primitive, difference};
 use slate_blackboard::{Access, Board, Property, Store};
 
-use super::Want;
+use super::WantedProperty;
 use crate::carrier::SharedMemory;
 use crate::encoding::decode;
 use crate::schema::interface;
@@ -15,7 +15,7 @@ use crate::session::{Encoding, Estimate, Offer, Sample};
 /// Subscription of this agent.
 #[derive(Debug)]
 pub(super) struct Import {
-    pub want: Want,
+    pub want: WantedProperty,
     /// Path of the mirror.
     pub mirror_path: String,
     pub mirror: Option<Mirror>,
@@ -61,7 +61,7 @@ pub(super) struct Mirror {
 }
 
 impl Import {
-    pub fn new(agent: &str, want: Want) -> Self {
+    pub fn new(agent: &str, want: WantedProperty) -> Self {
         let mirror_path = format!("agents/{agent}/{}", want.path);
         Self { want, mirror_path, mirror: None, status: Status::Unanswered, unfit: 0 }
     }
@@ -111,7 +111,7 @@ impl Import {
         if let Some(expected) = expected.or(self.want.expected)
             && let Some(difference) = difference(expected, descriptor, ("here", "there"))
         {
-            return Err(format!("/{} is not what is expected here: {difference}", self.want.path));
+            return Err(format!("/{} differs from the expected interface: {difference}", self.want.path));
         }
         let capacity = usize::try_from(offer.capacity).unwrap_or(usize::MAX);
         let room = self.mirror.as_ref().and_then(|mirror| Some(mirror.property.channel()?.shape().capacity));

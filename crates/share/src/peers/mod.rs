@@ -34,7 +34,7 @@ use crate::session::{DeliveryStatus, Options};
 
 /// Requested property of another agent.
 #[derive(Clone, Debug)]
-pub struct Want {
+pub struct WantedProperty {
     /// Path in the other agent.
     pub path: String,
     /// Delivery options.
@@ -48,7 +48,7 @@ pub struct Want {
     pub depth: usize,
 }
 
-impl Want {
+impl WantedProperty {
     /// Requests the property at a path, of any interface.
     pub fn new(path: &str, options: Options) -> Self {
         Self { path: path.into(), options, expected: None, capacity: 0, depth: 1 }

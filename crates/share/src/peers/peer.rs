@@ -13,7 +13,7 @@ use super::import::{Import, Status};
 use super::inspection::{Answers, PropertyQuery};
 use super::messages::{Incoming, Messages};
 use super::rights::{is_of_team, may_read, may_send};
-use super::{Allowance, PeerEvent, Want};
+use super::{Allowance, PeerEvent, WantedProperty};
 use crate::carrier::SharedMemory;
 use crate::session::{
     Compression, Content, DeliveryStatus, Event, Identity, Limits, Options, Seen, SendError, Session,
@@ -89,7 +89,7 @@ impl Peer {
     ///
     /// # Errors
     /// When the mirror's path is taken, there are too many subscriptions, or JPEG is wanted and not built in.
-    pub fn subscribe(&mut self, want: Want) -> Result<u32, String> {
+    pub fn subscribe(&mut self, want: WantedProperty) -> Result<u32, String> {
         Url::parse(&format!("/{}", want.path)).map_err(|error| error.to_string())?;
         if !cfg!(feature = "jpeg") && matches!(want.options.compression, Compression::Jpeg(_)) {
             return Err("this program was built without JPEG: build it with the feature `jpeg`".into());
@@ -158,7 +158,7 @@ impl Peer {
     }
 
     /// Returns the events since the last call.
-    /// If nobody calls it for long, the oldest are dropped. Answers are not, as they are no more than this agent's
+    /// If it is not called for long, the oldest are dropped. Answers are not, as they are no more than this agent's
     /// messages and questions.
     pub fn unread_events(&mut self) -> impl Iterator<Item = PeerEvent> + '_ {
         self.unread_events.drain(..)
@@ -354,7 +354,7 @@ impl Peer {
         seen: Option<Seen>,
         now: u64,
     ) {
-        // What is served shows on the board under the same path.
+        // A served property is on the board under the same path.
         if path.len() > MAX_PATH_LENGTH || Url::parse(&format!("/{path}")).is_err() {
             return self.session.decline(id, "that is no path of a property");
         }
@@ -425,7 +425,7 @@ impl Peer {
         }
         if self.observer.missed() > self.missed {
             self.missed = self.observer.missed();
-            // What happened is not known, so whatever is not there any more has vanished.
+            // Events were lost, so each missing property has vanished.
             let board = Arc::clone(&self.exchange.board);
             self.end_exports(|path| board.get(path).is_none());
             retry = true;

@@ -95,7 +95,7 @@ impl Refusals {
         if self.entries.len() < MAX_ENTRIES {
             let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
             let path = format!("share/rejected/{}", self.entries.len() + 1);
-            let doc = "Somebody who was not let in.";
+            let doc = "A refused connection.";
             let made = self.board.add_channel(&path, doc, Rejected::DESCRIPTOR, store, Access::Output);
             let writer = made.ok().and_then(|made| made.channel()?.writer().ok());
             self.entries.push(fresh(writer));

@@ -104,12 +104,7 @@ impl PeerStates {
     /// Publishes states that have changed.
     pub fn update(&mut self, peer: &Peer, endpoint: &str, reason: &str, now: u64) {
         self.shown.values_mut().for_each(|shown| shown.seen = false);
-        self.show(
-            "link",
-            "Another agent, as it is seen from here.",
-            &peer_state(peer, endpoint, reason),
-            now,
-        );
+        self.show("link", "Another agent, seen from this one.", &peer_state(peer, endpoint, reason), now);
         for (id, import) in &peer.exchange.imports {
             let progress = peer.session.progress(*id);
             let seen = progress.and_then(|progress| progress.seen);
@@ -165,7 +160,7 @@ impl PeerStates {
         if let Some(shown) = self.shown.remove(path)
             && self.board.get(path).is_some_and(|(found, _)| Arc::ptr_eq(&found, &shown.property))
         {
-            // It was there a moment ago; if somebody was quicker, it is gone all the same.
+            // It was just found; another thread may have removed it.
             let _ = self.board.remove(path);
         }
     }

@@ -86,7 +86,7 @@ impl SessionConnection {
         if self.established {
             return if same { Greeting::Reconnect } else { Greeting::Duplicate };
         }
-        // Of those that may be old packets the one that is there goes on greeting.
+        // Of those that may be old packets the one that is there continues greeting.
         self.other = Some(other);
         Greeting::New
     }

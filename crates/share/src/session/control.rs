@@ -58,7 +58,7 @@ impl Session {
         }
     }
 
-    /// Refuses the offer for a subscription, as it is not the expected one.
+    /// Refuses the offer for a subscription: it is not the expected one.
     /// The subscription is requested again after every connection.
     pub fn refuse_offer(&mut self, id: u32) {
         if let Some(reading) = self.readings.get_mut(&id) {

@@ -317,7 +317,7 @@ impl Session {
         }
         if agent == own {
             // Itself, when its endpoint leads back to it.
-            let reason = format!("there is an agent `{agent}` already: give each agent a name of its own");
+            let reason = format!("an agent `{agent}` already exists: give each agent a name of its own");
             self.refuse(now, reason, application);
             return false;
         }

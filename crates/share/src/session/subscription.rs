@@ -45,7 +45,7 @@ impl ReadStream {
     /// Begins a new offer, whose values follow `after`.
     pub fn accept(&mut self, instance: u64, epoch: u32, after: u64) {
         self.epoch = epoch;
-        // Numbers go on from writer to writer, so they alone say what is newer.
+        // Numbers continue from writer to writer, so they alone say what is newer.
         self.count_until(after, 0, instance);
     }
 

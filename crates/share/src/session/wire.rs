@@ -324,7 +324,7 @@ pub(super) fn append(value: &impl Serialize, target: &mut Vec<u8>) {
     let begin = target.len();
     match postcard::to_extend(value, std::mem::take(target)) {
         Ok(written) => *target = written,
-        // Only a sequence of unknown length can't be written, and there is none in what is above.
+        // Only a sequence of unknown length can't be written; the message has none.
         Err(_) => target.truncate(begin),
     }
 }

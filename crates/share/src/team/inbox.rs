@@ -73,7 +73,7 @@ impl TeamExchange for TeamInbox {
         self.put(TeamEvent::Disconnected(robot.into(), TeamRoute::Carrier));
     }
 
-    fn hear(&self, robot: &str, message: Vec<u8>) {
+    fn receive(&self, robot: &str, message: Vec<u8>) {
         self.put(TeamEvent::Message(robot.into(), message));
     }
 }

@@ -20,15 +20,15 @@ const NAME_KEY: &[u8] = b":name";
 const INTERFACE_PREFIX: &[u8] = b":interface/";
 
 /// Ticks without a message after which a robot receives no more messages.
-/// It seems to take no part. The limit is at least this, and grows with each neighbour. A tick compares with two
-/// neighbours, so 26 messages to each are to be expected meanwhile, and as many answers: most of them may be lost.
+/// It seems to take no part. The limit is at least this, and grows with each neighbor. A tick compares with two
+/// neighbors, so 26 messages to each are to be expected meanwhile, and as many answers: most of them may be lost.
 const SILENCE_TIMEOUT: usize = 25;
-const SILENCE_TIMEOUT_PER_NEIGHBOUR: usize = 13;
+const SILENCE_TIMEOUT_PER_NEIGHBOR: usize = 13;
 
 /// Number of such periods after which a silent robot is tried again.
 const RETRY_PERIODS: usize = 10;
 
-/// Member of a team: a robot's statements, its knowledge and its neighbours.
+/// Member of a team: a robot's statements, its knowledge and its neighbors.
 /// It has neither threads nor sockets nor a clock.
 ///
 /// In addition to its facts each robot states its name, as facts carry numbers, and the interfaces of its statements,
@@ -38,13 +38,13 @@ pub struct Member {
     name: String,
     replica: Replica,
     /// Robots in reach, by their numbers.
-    neighbours: BTreeMap<u32, Neighbour>,
+    neighbors: BTreeMap<u32, Neighbor>,
     /// Interfaces that this robot has stated.
     stated: BTreeSet<u64>,
 }
 
 #[derive(Debug)]
-struct Neighbour {
+struct Neighbor {
     name: String,
     /// Ticks since its last message.
     silence: usize,
@@ -84,7 +84,7 @@ impl Member {
             Some(saved) => Replica::restore(robot, random, limits, saved)?,
             None => Replica::new(robot, random, limits),
         };
-        Ok(Self { name: name.into(), replica, neighbours: BTreeMap::new(), stated: BTreeSet::new() })
+        Ok(Self { name: name.into(), replica, neighbors: BTreeMap::new(), stated: BTreeSet::new() })
     }
 
     /// Returns the robot's name.
@@ -101,39 +101,39 @@ impl Member {
     ///
     /// # Errors
     /// In words, if another robot's name has the same number; it receives no messages then.
-    pub fn add_neighbour(&mut self, name: &str) -> Result<(), String> {
-        self.neighbour(name)?.is_reported = true;
+    pub fn add_neighbor(&mut self, name: &str) -> Result<(), String> {
+        self.neighbor(name)?.is_reported = true;
         Ok(())
     }
 
-    /// Returns the neighbour with that name, which has just been heard.
-    fn neighbour(&mut self, name: &str) -> Result<&mut Neighbour, String> {
+    /// Returns the neighbor with that name, which has just been heard.
+    fn neighbor(&mut self, name: &str) -> Result<&mut Neighbor, String> {
         let number = robot_number(name);
         if number == self.replica.robot() {
             return Err(clash(&self.name, name));
         }
-        let new = || Neighbour {
+        let new = || Neighbor {
             name: name.into(),
             silence: 0,
             has_message: false,
             owes_answer: false,
             is_reported: false,
         };
-        let neighbour = self.neighbours.entry(number).or_insert_with(new);
-        if neighbour.name != name {
-            return Err(clash(&neighbour.name, name));
+        let neighbor = self.neighbors.entry(number).or_insert_with(new);
+        if neighbor.name != name {
+            return Err(clash(&neighbor.name, name));
         }
-        neighbour.silence = 0;
-        self.replica.add_neighbour(number);
-        Ok(neighbour)
+        neighbor.silence = 0;
+        self.replica.add_neighbor(number);
+        Ok(neighbor)
     }
 
     /// Removes a robot out of reach.
-    pub fn remove_neighbour(&mut self, name: &str) {
+    pub fn remove_neighbor(&mut self, name: &str) {
         let number = robot_number(name);
-        if self.neighbours.get(&number).is_some_and(|known| known.name == name) {
-            self.neighbours.remove(&number);
-            self.replica.remove_neighbour(number);
+        if self.neighbors.get(&number).is_some_and(|known| known.name == name) {
+            self.neighbors.remove(&number);
+            self.replica.remove_neighbor(number);
         }
     }
 
@@ -143,9 +143,9 @@ impl Member {
     /// If the message is invalid; nothing is changed then.
     pub fn receive(&mut self, name: &str, message: &[u8]) -> Result<(), MessageError> {
         // Ignores a robot whose number is taken.
-        let Ok(neighbour) = self.neighbour(name) else { return Ok(()) };
+        let Ok(neighbor) = self.neighbor(name) else { return Ok(()) };
         // A greeting is not answered, or two robots would never stop.
-        neighbour.owes_answer |= !neighbour.has_message && message != Replica::greeting();
+        neighbor.owes_answer |= !neighbor.has_message && message != Replica::greeting();
         self.replica.receive(robot_number(name), message)
     }
 
@@ -153,41 +153,41 @@ impl Member {
     pub fn tick(&mut self) {
         let silence_timeout = self.silence_timeout();
         // A robot known only from its messages is not retried.
-        self.neighbours.retain(|number, neighbour| {
-            neighbour.silence = neighbour.silence.saturating_add(1);
-            neighbour.has_message = false;
-            if neighbour.silence % (RETRY_PERIODS * silence_timeout) < silence_timeout {
-                self.replica.add_neighbour(*number);
+        self.neighbors.retain(|number, neighbor| {
+            neighbor.silence = neighbor.silence.saturating_add(1);
+            neighbor.has_message = false;
+            if neighbor.silence % (RETRY_PERIODS * silence_timeout) < silence_timeout {
+                self.replica.add_neighbor(*number);
             } else {
-                self.replica.remove_neighbour(*number);
+                self.replica.remove_neighbor(*number);
             }
-            neighbour.is_reported || neighbour.silence < silence_timeout
+            neighbor.is_reported || neighbor.silence < silence_timeout
         });
         self.replica.tick();
     }
 
-    /// Returns the number of ticks that a neighbour may be silent.
+    /// Returns the number of ticks that a neighbor may be silent.
     fn silence_timeout(&self) -> usize {
-        SILENCE_TIMEOUT.max(SILENCE_TIMEOUT_PER_NEIGHBOUR * self.neighbours.len())
+        SILENCE_TIMEOUT.max(SILENCE_TIMEOUT_PER_NEIGHBOR * self.neighbors.len())
     }
 
     /// Returns the next message, and the name of its receiver.
     pub fn outgoing(&mut self) -> Option<(&str, Vec<u8>)> {
         let (to, bytes) = loop {
             match self.replica.outgoing() {
-                Some(Outgoing { to, bytes }) if self.neighbours.contains_key(&to) => break (to, bytes),
+                Some(Outgoing { to, bytes }) if self.neighbors.contains_key(&to) => break (to, bytes),
                 // It has gone meanwhile.
                 Some(_) => {}
-                // A robot with many neighbours compares rarely with one that has few, who must not take it for silent.
+                // A robot with many neighbors compares rarely with one that has few, which must not count it as silent.
                 None => {
-                    let (to, _) = self.neighbours.iter().find(|(_, neighbour)| neighbour.owes_answer)?;
+                    let (to, _) = self.neighbors.iter().find(|(_, neighbor)| neighbor.owes_answer)?;
                     break (*to, Replica::greeting());
                 }
             }
         };
-        let neighbour = self.neighbours.get_mut(&to)?;
-        (neighbour.has_message, neighbour.owes_answer) = (true, false);
-        Some((&neighbour.name, bytes))
+        let neighbor = self.neighbors.get_mut(&to)?;
+        (neighbor.has_message, neighbor.owes_answer) = (true, false);
+        Some((&neighbor.name, bytes))
     }
 
     /// States a fact about a key of a topic.
@@ -203,7 +203,7 @@ impl Member {
         certainty: f64,
         value: &[u8],
     ) -> Result<(), Refusal> {
-        self.introduce(now, layout.descriptor())?;
+        self.state_interface(now, layout.descriptor())?;
         let statement = Statement { schema: layout.descriptor().hash, certainty, value };
         self.replica.state(now, &join_key(topic, key), statement).map(drop)
     }
@@ -217,13 +217,13 @@ impl Member {
     }
 
     /// States the robot's name and an interface, unless they are known.
-    fn introduce(&mut self, now: u64, descriptor: &Descriptor) -> Result<(), Refusal> {
+    fn state_interface(&mut self, now: u64, descriptor: &Descriptor) -> Result<(), Refusal> {
         if self.stated.contains(&descriptor.hash) {
             return Ok(());
         }
         let name = self.name.clone();
         self.state_once(now, NAME_KEY, name.as_bytes())?;
-        // One that can't be written or is too long is not known to those who have no use for it themselves.
+        // A fact that can't be encoded or is too long is not forwarded.
         let encoded = encode_interface(descriptor).map(|bytes| compress(&bytes)).unwrap_or_default();
         if (1..=Self::limits().value).contains(&encoded.len()) {
             self.state_once(now, &interface_key(descriptor.hash), &encoded)?;
@@ -280,9 +280,9 @@ impl Member {
     }
 
     /// Returns the number of robots that are within reach and take part.
-    pub fn neighbours(&self) -> usize {
+    pub fn neighbors(&self) -> usize {
         let silence_timeout = self.silence_timeout();
-        self.neighbours.values().filter(|neighbour| neighbour.silence < silence_timeout).count()
+        self.neighbors.values().filter(|neighbor| neighbor.silence < silence_timeout).count()
     }
 }
 
@@ -306,7 +306,7 @@ fn compress(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn decompress(bytes: &[u8]) -> Option<Vec<u8>> {
-    // Whatever another robot says of the size, LZ4 makes nothing more than 255 times as large.
+    // LZ4 expands at most by a factor of 255, whatever size the sender declares.
     let size = u32::from_le_bytes(*bytes.first_chunk()?) as usize;
     if size / 256 > bytes.len() {
         return None;

@@ -79,7 +79,7 @@ impl Team {
     }
 
     /// Sets the topics that are read.
-    pub fn want(&self, topics: Topics) {
+    pub fn set_topics(&self, topics: Topics) {
         *lock(&self.requests.topics) = Some(topics);
         self.requests.wake.notify(1);
     }

@@ -56,7 +56,7 @@ impl SavedKnowledge {
     /// If the file can't be written, or if the existing one could neither be restored nor set aside; it stays then.
     pub fn save(&self, member: &Member) -> io::Result<()> {
         if self.is_kept {
-            return Err(io::Error::other("what is there could neither be restored nor set aside"));
+            return Err(io::Error::other("the old file could neither be restored nor set aside"));
         }
         // It has a name, so it has a folder; that of a bare name is the present one.
         let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());

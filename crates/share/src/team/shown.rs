@@ -112,7 +112,7 @@ impl ShownFacts {
             table.extend(View::of(&mut entry).bytes());
             table.extend(fact.statement.value);
         }
-        // Not a count, as that begins anew with each run, and a world model that was saved goes on.
+        // Not a count, as that begins anew with each run, and a world model that was saved continues.
         head.revision = xxh3_64(&table);
         // Also an empty one is shown once, so that readers see that there is nothing.
         if self.head != Some(head) {
@@ -129,7 +129,7 @@ impl ShownFacts {
 /// Returns the difference of a schema of another robot.
 fn describe_difference(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema: u64) -> String {
     let what = there.and_then(|there| difference(here, there, ("here", "there")));
-    let what = what.unwrap_or_else(|| format!("its interface {schema:016x} is not known here"));
+    let what = what.unwrap_or_else(|| format!("its interface {schema:016x} is unknown"));
     format!("facts about `{topic}` don't fit and are only passed on: {what}")
 }
 
@@ -137,7 +137,7 @@ impl Drop for ShownFacts {
     fn drop(&mut self) {
         let path = self.property.path();
         if self.board.get(path).is_some_and(|(found, _)| Arc::ptr_eq(&found, &self.property)) {
-            // If somebody was quicker, it is gone all the same.
+            // Another thread may have removed it.
             let _ = self.board.remove(path);
         }
     }

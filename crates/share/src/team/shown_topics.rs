@@ -139,7 +139,7 @@ impl ShownTopics {
     /// Returns whether it replaces one with another layout.
     fn place(&mut self, topic: &str, layout: Result<Layout, String>) -> Result<bool, String> {
         let layout = match (layout, self.shown.get(topic)) {
-            // It stays as it is when nobody says any more what it looks like.
+            // It keeps its layout when no robot announces it any more.
             (Err(_), Some(_)) => return Ok(false),
             (layout, _) => layout?,
         };

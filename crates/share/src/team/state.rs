@@ -31,6 +31,6 @@ pub struct TeamState {
     /// Conflict of robot numbers: another robot has this one's.
     /// The team then does not agree on its facts.
     pub contested: Bool,
-    /// Current problem; empty if there is none.
+    /// Current problem; empty without one.
     pub trouble: Text<252>,
 }

@@ -10,7 +10,7 @@ use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Store};
 use slate_module::{Level, Text};
 use slate_runtime::configuration::SharedKnowledge;
-use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
+use slate_runtime::sharing::{DemandState, RemotePath, SharingHost, Site, TEAM};
 
 use super::shown_topics::ShownTopics;
 use super::stated_topic::StatedTopic;
@@ -37,7 +37,7 @@ pub(super) struct TeamWork {
     shown_topics: ShownTopics,
     /// Routes to other robots; each robot has at least one.
     routes: BTreeMap<String, BTreeSet<TeamRoute>>,
-    reported: BTreeMap<String, Standing>,
+    reported: BTreeMap<String, DemandState>,
     period: u64,
     saved: Option<SavedKnowledge>,
     /// Time of the next save, and flag of unsaved changes.
@@ -101,7 +101,7 @@ impl TeamWork {
 
     pub fn run(&mut self, requests: &TeamRequests) {
         let mut next = 0;
-        // What was restored is shown at once.
+        // Restored facts are published at once.
         let (mut changed, mut shows_at) = (true, 0);
         while !requests.ended.load(Ordering::Acquire) {
             if let Some(topics) = lock(&requests.topics).take() {
@@ -146,7 +146,7 @@ impl TeamWork {
         match news {
             TeamEvent::Connected(agent, route) => {
                 self.routes.entry(agent.clone()).or_default().insert(route);
-                if let Err(error) = self.member.add_neighbour(&agent) {
+                if let Err(error) = self.member.add_neighbor(&agent) {
                     self.log(Level::Error, &error, &error);
                 }
             }
@@ -155,7 +155,7 @@ impl TeamWork {
                 routes.remove(&route);
                 if routes.is_empty() {
                     self.routes.remove(&agent);
-                    self.member.remove_neighbour(&agent);
+                    self.member.remove_neighbor(&agent);
                 }
             }
             TeamEvent::Message(agent, message) => {
@@ -163,7 +163,7 @@ impl TeamWork {
                 if let Err(error) = self.member.receive(&agent, &message) {
                     self.state.refused += 1;
                     // In another message it is wrong in another place.
-                    let text = format!("what `{agent}` tells of the team's knowledge is {error}");
+                    let text = format!("the team message of `{agent}` is {error}");
                     self.log(Level::Warn, &agent, &text);
                 }
             }
@@ -173,7 +173,7 @@ impl TeamWork {
     fn send(&mut self) {
         let carrier = self.inbox.carrier();
         while let Some((agent, message)) = self.member.outgoing() {
-            let is_carried = || carrier.as_ref().is_some_and(|carrier| carrier.tell(agent, &message));
+            let is_carried = || carrier.as_ref().is_some_and(|carrier| carrier.send(agent, &message));
             if self.peers.send_knowledge(agent, &message) || is_carried() {
                 self.state.sent += 1;
             } else {
@@ -194,21 +194,21 @@ impl TeamWork {
                 Ok(is_another) => {
                     if is_another {
                         let reason = "it looks otherwise from now on".to_owned();
-                        self.report(&topic, Standing::Absent { reason });
+                        self.report(&topic, DemandState::Absent { reason });
                     }
-                    self.report(&topic, Standing::Served { property: topic.clone() });
+                    self.report(&topic, DemandState::Served { property: topic.clone() });
                 }
-                Err(reason) => self.report(&topic, Standing::Absent { reason }),
+                Err(reason) => self.report(&topic, DemandState::Absent { reason }),
             }
         }
         self.host.news();
     }
 
     /// Reports the status of a topic that the agent reads.
-    fn report(&mut self, topic: &str, standing: Standing) {
-        if self.topics.contains_key(topic) && self.reported.get(topic) != Some(&standing) {
-            self.reported.insert(topic.to_owned(), standing.clone());
-            self.host.report(&RemotePath { agent: TEAM.into(), path: topic.into() }, standing);
+    fn report(&mut self, topic: &str, state: DemandState) {
+        if self.topics.contains_key(topic) && self.reported.get(topic) != Some(&state) {
+            self.reported.insert(topic.to_owned(), state.clone());
+            self.host.report(&RemotePath { agent: TEAM.into(), path: topic.into() }, state);
         }
     }
 
@@ -227,7 +227,7 @@ impl TeamWork {
         errors.into_iter().for_each(|text| self.log(Level::Warn, &text, &text));
         let state = TeamState {
             bytes: self.member.replica().memory() as u64,
-            neighbours: self.member.neighbours() as u32,
+            neighbours: self.member.neighbors() as u32,
             contested: counters.contested.into(),
             trouble: Text::new(&error),
             ..self.state
@@ -239,7 +239,7 @@ impl TeamWork {
         };
         self.state = state;
         if let Some(writer) = &mut self.state_writer {
-            // Nobody holds a writer up on the wall clock.
+            // Nothing blocks a writer on the wall clock.
             let _ = writer.write(View::of(&mut whole).bytes(), 0, (self.time)());
         }
     }
@@ -251,7 +251,7 @@ impl TeamWork {
             Ok(()) => self.unsaved = false,
             Err(error) => {
                 let file = saved.file().display();
-                let text = format!("what the team knows can't be saved to {file}: {error}");
+                let text = format!("the knowledge of the team can't be saved to {file}: {error}");
                 self.log(Level::Error, &text, &text);
             }
         }

@@ -173,7 +173,7 @@ pub fn write(writer: &mut Writer, value: u64) {
     writer.write(View::of(&mut number).bytes(), 0, clock()()).unwrap();
 }
 
-/// How often somebody was rejected for that reason.
+/// Number of rejections for that reason.
 pub fn rejected(agent: &Agent, why: &str) -> i128 {
     let field = |number: u32, name: &str| {
         let path = format!("share/rejected/{number}/{name}");

@@ -11,7 +11,7 @@ use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use slate_share::carrier::Carrier;
 use slate_share::carrier::tls::{Credentials, Files, Tls};
 
-/// A port that nobody has, and that no connection gets by itself.
+/// A free port that no connection gets by itself.
 pub fn port() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     let first = 10_000 + (std::process::id() % 200) as u16 * 100;

@@ -1,4 +1,4 @@
-//! A block that states what it is told to state.
+//! Block that states given facts.
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Value;
@@ -35,7 +35,7 @@ pub struct ScoutIo {
     found: Output<FactTable<Victim>>,
 }
 
-/// States what it is told to state.
+/// States given facts.
 pub struct Scout;
 
 #[module(stage = Think)]

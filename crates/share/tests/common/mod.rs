@@ -26,8 +26,8 @@ pub fn value(value: &[u8]) -> Statement<'_> {
 /// say to others is lost.
 pub fn talk(team: &mut [Replica], one: usize, other: usize) {
     let pair = [team[one].robot(), team[other].robot()];
-    team[one].add_neighbour(pair[1]);
-    team[other].add_neighbour(pair[0]);
+    team[one].add_neighbor(pair[1]);
+    team[other].add_neighbor(pair[0]);
     // Fresh news may have been taken by messages that were lost.
     team[one].tick();
     team[other].tick();

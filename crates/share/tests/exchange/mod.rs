@@ -7,7 +7,7 @@ use slate_blackboard::interface::{Descriptor, Interface, Kind, Value, View, sche
 use slate_blackboard::message::{Answer as Reply, Mailbox};
 use slate_blackboard::{Access, Store};
 use slate_module::interface;
-use slate_share::peers::{PeerError, Status, Want};
+use slate_share::peers::{PeerError, Status, WantedProperty};
 use slate_share::session::{Compression, DeliveryStatus, Options};
 
 use crate::agents::{Agent, Blob, Folder, Number, add, clock, output, wait_for, write};
@@ -30,7 +30,7 @@ fn a_value_is_mirrored_and_stays_the_newest() {
     let folder = folder();
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "drive/speed", 1);
-    arm.peers.subscribe("base", Want::new("drive/speed", Options::default())).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("drive/speed", Options::default())).unwrap();
     for value in 1..=100 {
         write(&mut writer, value);
     }
@@ -42,7 +42,7 @@ fn a_value_is_mirrored_and_stays_the_newest() {
     wait_for("the writer to leave", || !mirror.has_writer());
     // The other way round, over the same connection.
     let mut writer = output(&arm.board, "joint/angle", 1);
-    base.peers.subscribe("arm", Want::new("joint/angle", Options::default())).unwrap();
+    base.peers.subscribe("arm", WantedProperty::new("joint/angle", Options::default())).unwrap();
     write(&mut writer, 7);
     wait_for("the value of the agent that dialled", || base.number("agents/arm/joint/angle") == Some(7));
 }
@@ -52,7 +52,7 @@ fn a_queue_comes_whole_and_in_order() {
     let folder = folder();
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "scan/points", 1024);
-    let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
+    let want = WantedProperty::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
     arm.peers.subscribe("base", want).unwrap();
     let (mirror, _) = arm.board.find("agents/base/scan/points").unwrap();
     let mut reader = mirror.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap();
@@ -81,11 +81,11 @@ fn a_queue_comes_whole_and_in_order() {
 }
 
 #[test]
-fn what_a_queue_has_lost_is_told_to_its_readers() {
+fn queue_reports_losses_to_its_readers() {
     let folder = super::folder(module_path!());
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "scan/points", 16);
-    let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
+    let want = WantedProperty::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
     arm.peers.subscribe("base", want).unwrap();
     wait_for("who reads it", || base.board.find("scan/points").unwrap().0.readers() == 1);
     let (mirror, _) = arm.board.find("agents/base/scan/points").unwrap();
@@ -115,7 +115,7 @@ fn big_values_come_through_shared_memory_and_without_it() {
     let size = 1 << 20;
     let property = add(&base.board, "camera/blob", Blob::DESCRIPTOR, size, 4);
     let mut writer = property.channel().unwrap().writer().unwrap();
-    arm.peers.subscribe("base", Want::new("camera/blob", Options::queue())).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("camera/blob", Options::queue())).unwrap();
     let small = Options::default().compression(Compression::Lossless).periodic(1_000_000);
     // Few bytes of it are used, so they are sent as they are.
     for number in 1..=20_u64 {
@@ -128,7 +128,7 @@ fn big_values_come_through_shared_memory_and_without_it() {
             came.is_some_and(|(came, items)| items == length && came[..bytes.len()] == bytes[..])
         });
     }
-    arm.peers.subscribe("base", Want::new("camera/nothing", small)).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("camera/nothing", small)).unwrap();
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_property_that_comes_late_or_again_is_found() {
     let folder = folder();
     let (base, arm) = pair(&folder);
     let _other = output(&base.board, "drive/speeds", 1);
-    let id = arm.peers.subscribe("base", Want::new("drive/speed", Options::default())).unwrap();
+    let id = arm.peers.subscribe("base", WantedProperty::new("drive/speed", Options::default())).unwrap();
     let waiting = Status::Waiting("no property at /drive/speed; nearest: drive/speeds".into());
     wait_for("the reason", || arm.peers.status("base", id) == Some(waiting.clone()));
     let mut writer = output(&base.board, "drive/speed", 1);
@@ -175,13 +175,13 @@ fn another_schema_is_refused_with_the_field_that_differs() {
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "drive/speed", 1);
     write(&mut writer, 3);
-    let want = Want::new("drive/speed", Options::default()).expect(&OTHER, 0);
+    let want = WantedProperty::new("drive/speed", Options::default()).expect(&OTHER, 0);
     let id = arm.peers.subscribe("base", want).unwrap();
-    let reason =
-        "/drive/speed is not what is expected here: `value` is u64 in m here and u64 without unit there";
+    let reason = "/drive/speed differs from the expected interface: `value` is u64 in m here and u64 without unit there";
     wait_for("the reason", || arm.peers.status("base", id) == Some(Status::Refused(reason.into())));
     assert_eq!(arm.number("agents/base/drive/speed"), None);
-    let id = arm.peers.subscribe("base", Want::new("drive/speed/value", Options::default())).unwrap();
+    let id =
+        arm.peers.subscribe("base", WantedProperty::new("drive/speed/value", Options::default())).unwrap();
     wait_for("the hint", || {
         let hint =
             "/drive/speed/value is `value` of /drive/speed: subscribe to that, and read the field here";
@@ -265,14 +265,14 @@ fn a_second_agent_of_a_name_is_refused_until_the_first_is_gone() {
     own.peers.connect("base", &folder.endpoint("base")).unwrap();
     wait_for("the refusal of itself", || {
         let shown = own.board.read("peers/base/link/reason").ok().flatten();
-        let reason = "there is an agent `base` already: give each agent a name of its own";
+        let reason = "an agent `base` already exists: give each agent a name of its own";
         shown.is_some_and(|(value, _)| value == Value::Text(reason.into()))
     });
     drop(base);
 }
 
 #[test]
-fn who_came_by_and_is_gone_is_forgotten() {
+fn departed_robots_are_forgotten() {
     let folder = folder();
     let base = Agent::listening("base", &folder);
     for i in 0..5 {
@@ -286,7 +286,7 @@ fn who_came_by_and_is_gone_is_forgotten() {
     let arm = Agent::start(folder.setup("arm"));
     arm.peers.connect("base", &folder.endpoint("base")).unwrap();
     for path in ["", "a//b", "a b", "/a"] {
-        let refused = arm.peers.subscribe("base", Want::new(path, Options::default()));
+        let refused = arm.peers.subscribe("base", WantedProperty::new(path, Options::default()));
         assert!(matches!(refused, Err(PeerError::Subscription { .. })), "{path}");
     }
 }
@@ -298,7 +298,7 @@ fn agents_that_dial_each_other_share_one_link() {
     base.peers.connect("arm", &folder.endpoint("arm")).unwrap();
     arm.peers.connect("base", &folder.endpoint("base")).unwrap();
     let mut writer = output(&base.board, "drive/speed", 1);
-    arm.peers.subscribe("base", Want::new("drive/speed", Options::default())).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("drive/speed", Options::default())).unwrap();
     write(&mut writer, 9);
     wait_for("the value", || arm.number("agents/base/drive/speed") == Some(9));
     wait_for("both", || base.peers.is_connected("arm") && arm.peers.is_connected("base"));
@@ -317,7 +317,7 @@ struct Gain {
 }
 
 #[test]
-fn what_the_host_sets_is_shared_too_and_at_once() {
+fn host_settings_are_shared_at_once() {
     let folder = folder();
     let base = Agent::start(
         slate_share::peers::Setup { poll: None, ..folder.setup("base") }.listen(&folder.endpoint("base")),
@@ -327,7 +327,7 @@ fn what_the_host_sets_is_shared_too_and_at_once() {
     let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 2, queues: 0, window: 0 } };
     base.board.add_channel("control/gain", "A gain.", Gain::DESCRIPTOR, store, Access::Setting).unwrap();
     base.board.write("control/gain/gain", &Value::Float(0.5), 0).unwrap();
-    arm.peers.subscribe("base", Want::new("control/gain", Options::default())).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("control/gain", Options::default())).unwrap();
     let shown = |value: f64| {
         let read = arm.board.read("agents/base/control/gain/gain").ok().flatten();
         read.is_some_and(|(read, _)| read == Value::Float(value))
@@ -337,7 +337,7 @@ fn what_the_host_sets_is_shared_too_and_at_once() {
     wait_for("the next value", || shown(1.5));
     // What a module writes is seen when its host says so.
     let mut writer = output(&base.board, "drive/speed", 1);
-    arm.peers.subscribe("base", Want::new("drive/speed", Options::default())).unwrap();
+    arm.peers.subscribe("base", WantedProperty::new("drive/speed", Options::default())).unwrap();
     wait_for("the subscription", || base.board.find("drive/speed").unwrap().0.readers() == 1);
     write(&mut writer, 4);
     base.peers.notifier().notify();
@@ -356,7 +356,8 @@ fn a_property_that_comes_back_with_more_room_is_read_anew() {
         writer.write(&vec![7; 8 + capacity], capacity, clock()()).unwrap();
         writer
     };
-    let read = || arm.peers.subscribe("base", Want::new("camera/image", Options::default())).unwrap();
+    let read =
+        || arm.peers.subscribe("base", WantedProperty::new("camera/image", Options::default())).unwrap();
     let items =
         |count: usize| arm.newest("agents/base/camera/image").is_some_and(|(_, items)| items == count);
     let writer = blob(8);

@@ -48,7 +48,7 @@ fn values_queues_and_messages_cross_and_absence_shows() {
         let folder = Folder::new();
         let reader = Running::start("arm", &arm(&folder, ""), mode);
         wait_for("the trouble", || {
-            reader.trouble("reader/number").is_some_and(|trouble| trouble.contains("`base` is not there"))
+            reader.trouble("reader/number").is_some_and(|trouble| trouble.contains("`base` is not reachable"))
         });
         assert_eq!(reader.number("reader/fresh"), 0.0);
         let counter = Running::start("base", &base(&folder), mode);
@@ -122,7 +122,7 @@ fn undelivered_messages_trouble_a_link_no_longer_than_needed() {
     wait_for("the trouble", || {
         sender
             .trouble("slate://base/counter/notes")
-            .is_some_and(|trouble| trouble.contains("agent `base` is not there"))
+            .is_some_and(|trouble| trouble.contains("agent `base` is not reachable"))
     });
     let counter = Running::start("base", &base(&folder), Mode::Staged);
     wait_for("its end", || sender.trouble("slate://base/counter/notes").is_none());
@@ -140,7 +140,7 @@ fn a_schema_that_does_not_fit_is_named_and_mends_itself() {
             trouble.contains("`reader/number` is Number") && trouble.contains("ModuleState")
         })
     });
-    // The rest of the agent goes on.
+    // The rest of the agent continues.
     reader.hears_all();
     drop(counter);
     wait_for("its absence", || reader.trouble("reader/all").is_some());
@@ -167,7 +167,7 @@ fn tools_see_another_agent_through_one_that_knows_it() {
         folder.endpoint("nobody")
     );
     let arm = load("arm", &text, Mode::Staged);
-    // Nothing is linked there, so what is asked for is all that passes.
+    // Nothing is linked there, so only requests pass.
     let server = Server::open(&arm).unwrap();
     let _arm = Running::run(arm);
     let mut client = Client::connect(server.name()).unwrap();
@@ -266,7 +266,7 @@ fn values_follow_each_other_by_the_interval_of_their_link() {
 }
 
 #[test]
-fn endpoints_that_nobody_can_come_to_are_refused() {
+fn unreachable_endpoints_are_refused() {
     let folder = Folder::new();
     let text = reading(&folder, "\"reader/number\" = \"slate://base/counter/number\"\n");
     let refused = |from: &str, to: &str, says: &[&str]| {
@@ -310,7 +310,7 @@ fn a_link_to_an_unknown_agent_names_the_nearest() {
     wait_for("its first cycle", || arm.number("reader/gaps") == -1.0);
     wait_for("the nearest agent", || {
         let trouble = arm.trouble("reader/number").unwrap_or_default();
-        trouble.contains("agent `bsae` is not there") && trouble.contains("nearest: base")
+        trouble.contains("agent `bsae` is not reachable") && trouble.contains("nearest: base")
     });
 }
 
@@ -332,7 +332,7 @@ fn a_default_endpoint_in_use_is_reported_without_a_place() {
 
 #[cfg(not(feature = "jpeg"))]
 #[test]
-fn what_needs_jpeg_says_how_to_get_it() {
+fn missing_jpeg_support_has_remedy() {
     let folder = Folder::new();
     let links = "\"reader/number\" = { from = \"slate://base/counter/number\", compression = \"jpeg:80\" }\n";
     let error = try_load("arm", &reading(&folder, links), Mode::Staged).unwrap_err();

@@ -27,7 +27,7 @@ use slate_share::carrier::tls::{Credentials, Files, Tls};
 use slate_share::peers::{Allowance, Rights, Setup};
 
 /// How much longer than before a healthy agent may not be heard of, and a write take, while another one's network is ill.
-/// Threads of a busy machine wait for each other for longer than what the one may cost the other; who waited for an ill
+/// Threads of a busy machine wait for each other for longer than what the one may cost the other; a thread that waited for an ill
 /// network would do so for as long as it is ill, which is seconds.
 const SLACK: Duration = Duration::from_secs(1);
 

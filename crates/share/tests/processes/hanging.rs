@@ -14,7 +14,7 @@ use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::{Agent, Control, Options};
 use slate_share::agent::AgentSharing;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session;
 
 use crate::agents::process::Process;
@@ -60,9 +60,9 @@ impl Module for Stumbler {
 pub fn be_a_witness(setup: Setup, endpoint: &str) {
     let agent = agents::Agent::start(setup);
     agent.peers.connect("hub", endpoint).unwrap();
-    agent.peers.subscribe("hub", Want::new("wheel/command", session::Options::default())).unwrap();
+    agent.peers.subscribe("hub", WantedProperty::new("wheel/command", session::Options::default())).unwrap();
     let (mut command, mut seen) = (0, 0);
-    // Whoever started this is gone otherwise.
+    // Otherwise the parent process has ended.
     while rustix::process::getppid().is_some_and(|parent| parent.as_raw_nonzero().get() != 1) {
         let at = monotonic();
         match agent.number("agents/hub/wheel/command").unwrap_or(0) {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use slate_blackboard::channel::{Policy, QueueReader, Start, Writer};
 use slate_blackboard::interface::{Interface, View};
 use slate_module::interface;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session::Options;
 
 use crate::agents::process::Process;
@@ -39,7 +39,7 @@ pub fn be_an_agent(setup: Setup, endpoint: &str) {
     let mut read = output(&agent.board, "out/read", 1);
     let tallies = add(&agent.board, "out/tally", Tally::DESCRIPTOR, 0, 1);
     let mut tallies = tallies.channel().unwrap().writer().unwrap();
-    let want = Want::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
+    let want = WantedProperty::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
     agent.peers.connect("hub", endpoint).unwrap();
     agent.peers.subscribe("hub", want).unwrap();
     let mut reader = queue(&agent, "agents/hub/out/count");
@@ -58,7 +58,7 @@ pub fn be_an_agent(setup: Setup, endpoint: &str) {
         write(&mut read, tally.last);
         tallies.write(View::of(&mut tally).bytes(), 0, clock()()).unwrap();
         std::thread::sleep(PERIOD);
-        // Whoever started this is gone.
+        // The parent process has ended.
         if rustix::process::getppid().is_none_or(|parent| parent.as_raw_nonzero().get() == 1) {
             return;
         }
@@ -116,10 +116,11 @@ impl Hub {
         let mut readers = Vec::new();
         for name in names {
             wait_for("an agent", || agent.peers.is_connected(name));
-            let count = Want::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
+            let count =
+                WantedProperty::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
             agent.peers.subscribe(name, count).unwrap();
             for path in ["out/read", "out/tally"] {
-                agent.peers.subscribe(name, Want::new(path, Options::default())).unwrap();
+                agent.peers.subscribe(name, WantedProperty::new(path, Options::default())).unwrap();
             }
             readers.push(((*name).to_owned(), queue(&agent, &format!("agents/{name}/out/count"))));
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rustix::process::Signal;
 use slate_blackboard::channel::Latest;
 use slate_blackboard::interface::Interface;
-use slate_share::peers::{Setup, Want};
+use slate_share::peers::{Setup, WantedProperty};
 use slate_share::session::Options;
 
 use crate::agents::process::Process;
@@ -18,7 +18,7 @@ const PERIOD: Duration = Duration::from_millis(1);
 /// Bytes of a large value.
 const LARGE: usize = 1 << 20;
 
-/// An agent that dials `hub`, and writes large values until whoever started this is gone.
+/// An agent that dials `hub`, and writes large values until the parent process ends.
 pub fn be_an_agent(setup: Setup, endpoint: &str) {
     let agent = Agent::start(setup);
     let property = add(&agent.board, "out/blob", Blob::DESCRIPTOR, LARGE, 1);
@@ -45,7 +45,7 @@ pub fn killed(way: &'static str) {
     let (hub, _, folder) = start(way, &[]);
     let mut process = launch(&folder);
     wait_for("an agent", || hub.agent.peers.is_connected("one"));
-    let want = Want::new("out/blob", Options::default()).expect(Blob::DESCRIPTOR, LARGE);
+    let want = WantedProperty::new("out/blob", Options::default()).expect(Blob::DESCRIPTOR, LARGE);
     hub.agent.peers.subscribe("one", want).unwrap();
     let (mirror, _) = hub.agent.board.find("agents/one/out/blob").unwrap();
     let channel = mirror.channel().unwrap();

@@ -5,13 +5,13 @@ use std::net::TcpStream;
 
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;
-use slate_share::peers::Want;
+use slate_share::peers::WantedProperty;
 use slate_share::session::Options;
 
 use crate::agents::cable::{CARRIES, CUT, Cable};
 use crate::agents::{Agent, Folder, Number, output, rejected, wait_for, write};
 
-/// Those who are about to greet, of one machine.
+/// Connections of one machine before their greeting.
 const PENDING: usize = 8;
 
 /// Runs the tests with that in their names.
@@ -45,7 +45,7 @@ fn knocked() {
     let (files, threads) = taken();
     // Some say nothing and stay, and some talk nonsense and go.
     let silent: Vec<_> = (0..200).map(|_| connect()).collect();
-    let others = || rejected(&base, "no greeting, and others came");
+    let others = || rejected(&base, "no greeting, and others connected");
     let late = || rejected(&base, "no greeting within 2 s");
     wait_for("room to be made", || others() + late() >= 200 - PENDING as i128);
     wait_for("no more than those that may be about to greet", || {
@@ -76,7 +76,7 @@ fn cut() {
     let arm = Agent::start(folder.setup("arm"));
     arm.peers.connect("base", cable.endpoint()).unwrap();
     let mut writer = output(&base.board, "scan/points", 8192);
-    let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(8192);
+    let want = WantedProperty::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(8192);
     arm.peers.subscribe("base", want).unwrap();
     let (mirror, _) = arm.board.find("agents/base/scan/points").unwrap();
     let mut reader = mirror.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap();

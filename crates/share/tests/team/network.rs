@@ -35,7 +35,7 @@ pub struct Weather {
 
 /// Which robots know each other, which of them reach each other now, and what is under way.
 pub struct Network {
-    pub neighbours: Vec<Vec<u32>>,
+    pub neighbors: Vec<Vec<u32>>,
     /// The part of the partition that each robot is in.
     pub part: Vec<u8>,
     events: BinaryHeap<Reverse<Event>>,
@@ -48,7 +48,7 @@ impl Network {
     /// A ring, and so many more acquaintances of each robot.
     pub fn new(robots: u32, more: u32, random: &mut Random) -> Self {
         let mut network = Self {
-            neighbours: vec![Vec::new(); robots as usize],
+            neighbors: vec![Vec::new(); robots as usize],
             part: vec![0; robots as usize],
             events: BinaryHeap::new(),
             count: 0,
@@ -65,9 +65,9 @@ impl Network {
     }
 
     pub fn acquaint(&mut self, one: u32, other: u32) {
-        if one != other && !self.neighbours[one as usize].contains(&other) {
-            self.neighbours[one as usize].push(other);
-            self.neighbours[other as usize].push(one);
+        if one != other && !self.neighbors[one as usize].contains(&other) {
+            self.neighbors[one as usize].push(other);
+            self.neighbors[other as usize].push(one);
         }
     }
 

@@ -10,7 +10,7 @@ use crate::truth::{KEYS, Truth, shown};
 #[derive(Clone, Copy)]
 pub struct Scenario {
     pub robots: u32,
-    /// Acquaintances of a robot beside its two neighbours in a ring.
+    /// Acquaintances of a robot beside its two neighbors in a ring.
     pub acquaintances: u32,
     pub weather: Weather,
     pub limits: Limits,
@@ -127,8 +127,8 @@ impl Simulation {
             None => Replica::new(robot, random, limits),
             Some(saved) => Replica::restore(robot, random, limits, saved).unwrap(),
         };
-        for neighbour in &self.network.neighbours[robot as usize] {
-            replica.add_neighbour(*neighbour);
+        for neighbor in &self.network.neighbors[robot as usize] {
+            replica.add_neighbor(*neighbor);
         }
         replica
     }
@@ -161,19 +161,19 @@ impl Simulation {
             self.saved[at] = Some(self.robots[at].save());
         }
         if self.random.chance(self.scenario.restarts) {
-            // New neighbours, and some that are out of reach for good. The ring stays, so a chain is always left.
+            // New neighbors, and some that are out of reach for good. The ring stays, so a chain is always left.
             let other = self.random.below(self.scenario.robots.into()) as u32;
             let next = (robot + 1) % self.scenario.robots;
             let before = (robot + self.scenario.robots - 1) % self.scenario.robots;
-            if self.network.neighbours[at].contains(&other) && other != next && other != before {
-                self.network.neighbours[at].retain(|known| *known != other);
-                self.network.neighbours[other as usize].retain(|known| *known != robot);
-                self.robots[at].remove_neighbour(other);
-                self.robots[other as usize].remove_neighbour(robot);
+            if self.network.neighbors[at].contains(&other) && other != next && other != before {
+                self.network.neighbors[at].retain(|known| *known != other);
+                self.network.neighbors[other as usize].retain(|known| *known != robot);
+                self.robots[at].remove_neighbor(other);
+                self.robots[other as usize].remove_neighbor(robot);
             } else {
                 self.network.acquaint(robot, other);
-                self.robots[at].add_neighbour(other);
-                self.robots[other as usize].add_neighbour(robot);
+                self.robots[at].add_neighbor(other);
+                self.robots[other as usize].add_neighbor(robot);
             }
         }
     }

@@ -60,12 +60,12 @@ fn text(folder: &Folder, robot: usize) -> String {
     text + &security(folder, robot)
 }
 
-/// Where robots have certificates, each lets its neighbours in and nobody else.
+/// Where robots have certificates, each admits its neighbors only.
 fn security(folder: &Folder, robot: usize) -> String {
     let files = folder.files(&format!("r{robot}"));
     let [certificate, key, authority] = &files[..] else { return String::new() };
-    let neighbours = [robot.checked_sub(1), Some(robot + 1).filter(|next| *next < TEAM)];
-    let allow = neighbours.into_iter().flatten().map(|other| format!("allow.r{other}.team = true\n"));
+    let neighbors = [robot.checked_sub(1), Some(robot + 1).filter(|next| *next < TEAM)];
+    let allow = neighbors.into_iter().flatten().map(|other| format!("allow.r{other}.team = true\n"));
     format!(
         "[share.security]\ncertificate = \"{}\"\nkey = \"{}\"\nauthority = \"{}\"\n{}",
         certificate.display(),
@@ -75,7 +75,7 @@ fn security(folder: &Folder, robot: usize) -> String {
     )
 }
 
-/// A robot: states what it is told on its standard input, and says what it knows.
+/// A robot: states facts from its standard input, and prints its knowledge.
 fn robot_main(text: &str) {
     let configuration = Configuration::from_text("robot.toml", text, &Reading::default()).unwrap();
     let mut sharing = AgentSharing::default();
@@ -99,7 +99,7 @@ fn robot_main(text: &str) {
             _ => unreachable!("{line}"),
         }
     }
-    // Whoever started this is gone, or wants it to end.
+    // The parent process has ended, or requests the end.
     stopper.stop();
     run.join().unwrap();
 }
@@ -218,7 +218,7 @@ fn eight_robots(way: &'static str) {
     wanted.push((103, 3));
     wait_for_facts("it says something new", &mut team, &wanted);
 
-    // The chain is cut in the middle: both sides go on.
+    // The chain is cut in the middle: both sides continue.
     team[4].process.signal(Signal::STOP);
     team[0].order("retract 10");
     team[7].order("say 107 7");
@@ -227,14 +227,12 @@ fn eight_robots(way: &'static str) {
     let mut right = wanted.clone();
     right.push((107, 7));
     wait_for_facts("the left side goes on", &mut team[..4], &left);
-    wait_for_facts("the right side goes on", &mut team[5..], &right);
+    wait_for_facts("the right side continues", &mut team[5..], &right);
     // One of the right side, which has not heard of the retraction, begins anew meanwhile.
     again(&mut team, 6);
     wait_for_facts("the right side tells the new one", &mut team[5..], &right);
-    // Long enough that its neighbours hold it to be gone.
-    wait_for("its absence", || {
-        team[3].ask("read neighbours") == "1" && team[5].ask("read neighbours") == "1"
-    });
+    // Long enough that its neighbors hold it to be gone.
+    wait_for("its absence", || team[3].ask("read neighbours") == "1" && team[5].ask("read neighbors") == "1");
     team[4].process.signal(Signal::CONT);
     wanted = left;
     wanted.push((107, 7));

@@ -126,7 +126,7 @@ impl CameraSensor {
 
     /// Takes an image from robot number `own` if one is due.
     /// `body` is its motion, and `shaking` how much the ground shakes it.
-    pub fn look(
+    pub fn measure(
         &mut self,
         own: usize,
         (body, shaking): (Motion, f64),

@@ -67,7 +67,7 @@ pub enum Drive {
 
 impl Drive {
     /// Creates a standing drive with the biases of this run.
-    /// `mass` and `center` are the body's mass and centre of mass.
+    /// `mass` and `center` are the body's mass and center of mass.
     pub fn new(
         description: &DriveDescription,
         noise: &NoiseDescription,

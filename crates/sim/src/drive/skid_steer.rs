@@ -29,7 +29,7 @@ const ITERATIONS: usize = 24;
 /// "Planar sliding with dry friction", Wear 143, 1991). Friction per wheel and rolling resistance are those of MVSim
 /// (Blanco-Claraco et al., SoftwareX 23, 2023). The reduced turn rate of such a robot, as if its track were wider,
 /// results from it (Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots", IROS 2007). The
-/// wheels hold their speeds regardless of the force, and each carries a quarter of the weight if the centre of mass is
+/// wheels hold their speeds regardless of the force, and each carries a quarter of the weight if the center of mass is
 /// in the middle.
 ///
 /// The forces of a step are those at the velocity at its end: the implicit Euler method. So they never add energy
@@ -46,7 +46,7 @@ pub struct SkidSteer {
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Wheel {
-    /// Contact point relative to the centre of mass, m.
+    /// Contact point relative to the center of mass, m.
     arm: Point,
     /// Normal force, N.
     load: f64,
@@ -61,16 +61,16 @@ struct Wheel {
 pub struct Mass {
     /// Mass, kg.
     pub mass: f64,
-    /// Moment of inertia about the centre of mass, kg m².
+    /// Moment of inertia about the center of mass, kg m².
     pub moment: f64,
 }
 
 /// Twist of a body in its frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
-    /// Forward velocity of the centre of mass, m/s.
+    /// Forward velocity of the center of mass, m/s.
     pub forward: f64,
-    /// Leftward velocity of the centre of mass, m/s.
+    /// Leftward velocity of the center of mass, m/s.
     pub left: f64,
     /// Turn rate, counter-clockwise, rad/s.
     pub turn: f64,
@@ -78,7 +78,7 @@ pub struct Velocity {
 
 impl SkidSteer {
     /// Creates a standing drive with the biases of this run.
-    /// `mass` and `center` are the body's mass and centre of mass.
+    /// `mass` and `center` are the body's mass and center of mass.
     pub fn new(
         description: &DriveDescription,
         noise: &NoiseDescription,
@@ -88,7 +88,7 @@ impl SkidSteer {
     ) -> Self {
         let DriveDescription { wheel_radius, track, .. } = *description;
         let wheelbase = description.wheelbase.unwrap_or(track);
-        // Wheels nearer to the centre of mass carry more of it.
+        // Wheels nearer to the center of mass carry more of it.
         let share = |at: f64, length: f64| clamp(0.5 + at / length, 0.0, 1.0);
         let (in_front, on_left) = (share(center.x, wheelbase), share(center.y, track));
         let all = description.friction.unwrap_or_default();

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 
 use super::description::PeopleLayout;
-use super::person::{Person, PersonObstacle, Ways};
+use super::person::{Person, PersonObstacle, PersonPaths};
 use super::walk_field::WalkField;
 use super::walk_grid::WalkGrid;
 use crate::geometry::Point;
@@ -13,7 +13,7 @@ use crate::surroundings::{Mover, Surroundings};
 /// Distance at which people see others, m.
 const SIGHT: f64 = 5.0;
 /// Distance at which walls repel people, m.
-const WALL_REACH: f64 = 1.0;
+const WALL_REPULSION_RANGE: f64 = 1.0;
 
 /// People of a world.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -75,17 +75,17 @@ impl Crowd {
     pub fn walk(&mut self, surroundings: &Surroundings, velocities: &[Point], now: u64, step: f64) {
         let Self { people, paths, near } = self;
         let Some(paths) = paths else { return };
-        let ways = Ways { grid: &paths.grid, places: &paths.places, pause: paths.pause };
+        let ways = PersonPaths { grid: &paths.grid, places: &paths.places, pause: paths.pause };
         let first = surroundings.robot_count();
         for (number, person) in people.iter_mut().enumerate() {
-            look_around(first + number, person, surroundings, velocities, &paths.grid, near);
+            find_near(first + number, person, surroundings, velocities, &paths.grid, near);
             person.walk(&ways, near, now, step);
         }
     }
 }
 
 /// Collects the obstacles near a person, which is mover number `own`.
-fn look_around(
+fn find_near(
     own: usize,
     person: &Person,
     surroundings: &Surroundings,
@@ -106,7 +106,7 @@ fn look_around(
         })
     };
     let mut wall: Option<PersonObstacle> = None;
-    surroundings.near_bodies(position, radius + WALL_REACH, |body, _| {
+    surroundings.near_bodies(position, radius + WALL_REPULSION_RANGE, |body, _| {
         let found = toward(surroundings.outline(body).nearest(position), None);
         if let Some(found) = found.filter(|found| wall.is_none_or(|wall| found.gap < wall.gap)) {
             wall = Some(found);
@@ -124,7 +124,7 @@ fn look_around(
                 toward(center, Some(closing)).map(|found| PersonObstacle { gap: found.gap - size, ..found })
             }
             Mover::Robot => toward(surroundings.hulls()[mover].outline().nearest(position), Some(closing)),
-            Mover::Door if distance < WALL_REACH => {
+            Mover::Door if distance < WALL_REPULSION_RANGE => {
                 toward(surroundings.hulls()[mover].outline().nearest(position), None)
             }
             Mover::Door => None,

@@ -19,9 +19,9 @@ const START_CLEARANCE: f64 = 0.5;
 /// Clearance between two people at the start, m.
 const START_SPACING: f64 = 0.2;
 /// Largest number of attempts to place a person.
-const TRIES: usize = 10_000;
+const MAX_ATTEMPTS: usize = 10_000;
 
-/// People who walk between places: `[world.people]`.
+/// Walking people: `[world.people]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PeopleDescription {
@@ -38,7 +38,7 @@ pub struct PeopleDescription {
     /// Radius of a person, m.
     #[serde(default = "usual_radius")]
     pub radius: f64,
-    /// Places between which they walk, m; random ones if there are none.
+    /// Places between which they walk, m; random ones if empty.
     #[serde(default)]
     pub places: Vec<[f64; 2]>,
     /// Number of random places if none are named.
@@ -211,7 +211,7 @@ impl PeopleDescription {
                 people.iter().all(|other| other.position.minus(*position).norm() > spacing)
                     && robots.iter().all(|robot| distance(robot, *position) > clearance)
             };
-            let mut draws = (0..TRIES).map(|_| grid.center(cells[draw(random, cells.len())]));
+            let mut draws = (0..MAX_ATTEMPTS).map(|_| grid.center(cells[draw(random, cells.len())]));
             let position = draws.find(is_clear).ok_or_else(|| {
                 let message = format!("no room for {} people; expected fewer, or a larger world", self.count);
                 problem("count", message)

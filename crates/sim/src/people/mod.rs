@@ -1,4 +1,4 @@
-//! People who walk between places, by the social force model.
+//! Walking people, by the social force model.
 
 mod crowd;
 mod description;

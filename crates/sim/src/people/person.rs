@@ -9,7 +9,7 @@ use crate::contact::Motion;
 use crate::geometry::{Point, Pose};
 
 /// Interval between updates of the path, ns.
-const LOOK: u64 = 200_000_000;
+const PATH_UPDATE_PERIOD: u64 = 200_000_000;
 /// Goal tolerance at a place, m; large, as there may be others.
 const ARRIVED: f64 = 0.6;
 /// Time without progress after which a person chooses another place, ns.
@@ -41,7 +41,7 @@ pub(crate) struct Person {
     destination: usize,
     /// Current waypoint.
     target: Point,
-    looked: Option<u64>,
+    path_updated_at: Option<u64>,
     /// End of the stay at a place, ns.
     stays_until: u64,
     /// Position and time of the last progress, m and ns.
@@ -62,9 +62,9 @@ pub(super) struct PersonObstacle {
 
 /// Paths of people.
 #[derive(Debug)]
-pub(super) struct Ways<'a> {
+pub(super) struct PersonPaths<'a> {
     pub grid: &'a WalkGrid,
-    /// Centres of the places, and the paths to each.
+    /// Centers of the places, and the paths to each.
     pub places: &'a [(Point, WalkField)],
     /// Shortest and longest stay at a place, s.
     pub pause: [f64; 2],
@@ -82,7 +82,7 @@ impl Person {
             speed,
             destination: usize::MAX,
             target: position,
-            looked: None,
+            path_updated_at: None,
             stays_until: 0,
             progress: (position, 0),
             random,
@@ -95,7 +95,7 @@ impl Person {
     }
 
     /// Computes the person's motion in the next `step` seconds.
-    pub(super) fn walk(&mut self, ways: &Ways<'_>, near: &[PersonObstacle], now: u64, step: f64) {
+    pub(super) fn walk(&mut self, ways: &PersonPaths<'_>, near: &[PersonObstacle], now: u64, step: f64) {
         self.find_way(ways, now);
         let way = self.target.minus(self.position);
         let distance = way.norm();
@@ -126,11 +126,11 @@ impl Person {
     }
 
     /// Updates the waypoint if it is due; chooses another place after an arrival.
-    fn find_way(&mut self, ways: &Ways<'_>, now: u64) {
-        if self.looked.is_some_and(|looked| now < looked + LOOK) {
+    fn find_way(&mut self, ways: &PersonPaths<'_>, now: u64) {
+        if self.path_updated_at.is_some_and(|path_updated_at| now < path_updated_at + PATH_UPDATE_PERIOD) {
             return;
         }
-        self.looked = Some(now);
+        self.path_updated_at = Some(now);
         let has_place = self.destination < ways.places.len();
         let is_there = has_place && ways.places[self.destination].0.minus(self.position).norm() < ARRIVED;
         if now < self.stays_until || self.position.minus(self.progress.0).norm() > PROGRESS {
@@ -145,7 +145,7 @@ impl Person {
         }
     }
 
-    fn choose_place(&mut self, ways: &Ways<'_>, now: u64, is_there: bool) {
+    fn choose_place(&mut self, ways: &PersonPaths<'_>, now: u64, is_there: bool) {
         let count = ways.places.len();
         let others = if self.destination < count { count - 1 } else { count };
         let drawn = ((self.random.unit() * others as f64) as usize).min(others - 1);

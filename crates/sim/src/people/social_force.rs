@@ -2,7 +2,7 @@
 //!
 //! The model is Helbing and Molnár's (1995, *Social force model for pedestrian dynamics*, Physical Review E 51). How people
 //! avoid each other, and the numbers, are those that Moussaïd, Helbing, Garnier, Johansson, Combe and Theraulaz measured
-//! (2009, *Experimental study of the behavioural mechanisms underlying self-organization in human crowds*, Proceedings of
+//! (2009, *Experimental study of the behavioral mechanisms underlying self-organization in human crowds*, Proceedings of
 //! the Royal Society B 276).
 
 use slate_module::math::{atan2, exp};

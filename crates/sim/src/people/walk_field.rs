@@ -10,7 +10,7 @@ const OFF_PATH: usize = 4;
 const UNREACHABLE: u8 = u8::MAX;
 /// Mark of the place's own cell, as the side that is the cell itself.
 const ARRIVED: u8 = 4;
-/// Costs of steps to the neighbours: 5 along an axis, 7 along a diagonal.
+/// Costs of steps to the neighbors: 5 along an axis, 7 along a diagonal.
 /// 7/5 is 1 % less than the square root of 2.
 const STEPS: [usize; 9] = [7, 5, 7, 5, 0, 5, 7, 5, 7];
 
@@ -57,7 +57,7 @@ impl WalkField {
     }
 
     /// Returns the next waypoint from a point.
-    /// It is the farthest visible point of the path, up to some metres ahead.
+    /// It is the farthest visible point of the path, up to some meters ahead.
     pub fn ahead(&self, grid: &WalkGrid, from: Point) -> Option<Point> {
         let mut cell = self.on_path(grid, from)?;
         let mut path = [cell; LOOK_AHEAD];

@@ -131,7 +131,7 @@ impl WalkGrid {
         })
     }
 
-    /// Returns the neighbour of a cell on one of nine sides.
+    /// Returns the neighbor of a cell on one of nine sides.
     /// The fifth side is the cell itself.
     pub fn beside(&self, cell: usize, side: u8) -> Option<usize> {
         let Geometry { width, height, .. } = self.geometry;

@@ -186,7 +186,7 @@ impl Referee {
             // Without a truth there is nothing to judge, and no robot arrives anywhere.
             if time_is_up && (is_patrol || self.course.arrived.is_none()) {
                 self.course.decided = true;
-                let reason = "the robot was never seen to arrive in time";
+                let reason = "the robot did not arrive in time";
                 io.verdict.set(ended(MissionOutcome::TIMED_OUT, reason, self.course.record.caused));
             }
             return Outcome::Degraded;

@@ -82,19 +82,19 @@ struct GapCounts(Vec<u64>);
 
 impl GapCounts {
     /// Width of a bin, m.
-    const STEP: f64 = 0.02;
+    const BIN_WIDTH: f64 = 0.02;
     /// Number of bins; greater gaps count in the last one.
     const STEPS: usize = 512;
 
     fn add(&mut self, gap: f64) {
-        let step = ((gap / Self::STEP) as usize).min(Self::STEPS - 1);
+        let step = ((gap / Self::BIN_WIDTH) as usize).min(Self::STEPS - 1);
         // A state of another edition may have fewer.
         if let Some(count) = self.0.get_mut(step) {
             *count += 1;
         }
     }
 
-    /// Returns the centre of the median's bin, m; 0 for an empty histogram.
+    /// Returns the center of the median's bin, m; 0 for an empty histogram.
     fn median(&self) -> f64 {
         let all: u64 = self.0.iter().sum();
         let mut seen = 0;
@@ -103,7 +103,7 @@ impl GapCounts {
             2 * seen >= all
         };
         let step = if all > 0 { self.0.iter().position(reaches_half) } else { None };
-        step.map_or(0.0, |step| (step as f64 + 0.5) * Self::STEP)
+        step.map_or(0.0, |step| (step as f64 + 0.5) * Self::BIN_WIDTH)
     }
 }
 
@@ -205,7 +205,7 @@ impl PursuitCourse {
         Outcome::Ok
     }
 
-    /// Adds a gap (metres) at a time (seconds).
+    /// Adds a gap (meters) at a time (seconds).
     fn add_gap(&mut self, gap: f64, is_in_band: bool, time: f64) {
         let extremes = self.extremes.get_or_insert((gap, gap));
         extremes.0 = math::min(extremes.0, gap);

@@ -108,7 +108,7 @@ impl Exposure {
         let mut sum = [0.0; 3];
         for tap in 0..taps {
             let along = (tap as f32 + 0.5) * share - 0.5;
-            // Neighbouring taps are a pixel apart, so that what is between pixels is averaged in any case.
+            // Neighboring taps are a pixel apart, so that what is between pixels is averaged in any case.
             let x = nearest(u + way[0] * along, columns);
             let y = nearest(v + way[1] * along, rows);
             let color = light[y.wrapping_mul(columns).wrapping_add(x)];

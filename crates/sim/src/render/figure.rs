@@ -9,7 +9,7 @@ use crate::scenery::{DecoyShape, Posture};
 /// Number of phases of a waving arm.
 pub(crate) const PHASES: u32 = 8;
 
-/// Colours of hair, skin, and clothes of the upper and the lower body.
+/// Colors of hair, skin, and clothes of the upper and the lower body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outfit {
     hair: [f32; 3],
@@ -35,7 +35,7 @@ const TROUSERS: [[f32; 3]; 4] =
     [[0.17, 0.20, 0.31], [0.20, 0.20, 0.21], [0.36, 0.32, 0.25], [0.10, 0.16, 0.42]];
 
 impl Outfit {
-    /// Returns the colours determined by a name.
+    /// Returns the colors determined by a name.
     pub fn named(name: &str) -> Self {
         let hash = name
             .bytes()
@@ -140,7 +140,7 @@ fn painted(below: [f32; 4], bone: &Bone, point: [f32; 2], texel: f32) -> [f32; 4
     mixed
 }
 
-/// Returns colour and opacity of a dark hole with a broken rim.
+/// Returns color and opacity of a dark hole with a broken rim.
 fn hole([x, y]: [f32; 2], [width, height]: [f32; 2], texel: f32) -> [f32; 4] {
     let noise = Noise(0x401e);
     let rough = 0.03 * noise.smooth((x + 1.0) * 14.0, (y + 1.0) * 14.0, [64, 64]);
@@ -260,7 +260,7 @@ fn trapped(outfit: Outfit, lift: Option<[f32; 2]>) -> Vec<Bone> {
     bones
 }
 
-/// Paints a decoy in the colours of people.
+/// Paints a decoy in the colors of people.
 pub(crate) fn decoy(shape: DecoyShape, outfit: Outfit) -> Texture {
     let noise = Noise(0xdec0);
     Texture::paint([7, 7], |u, v| {

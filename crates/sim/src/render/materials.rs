@@ -1,4 +1,4 @@
-//! Textures of materials: a repeating square metre.
+//! Textures of materials: a repeating square meter.
 
 use std::sync::{Arc, OnceLock};
 
@@ -6,12 +6,12 @@ use crate::render::noise::Noise;
 use crate::render::texture::Texture;
 use crate::scenery::Material;
 
-/// Binary logarithm of the texels per metre.
+/// Binary logarithm of the texels per meter.
 const SHIFT: u32 = 8;
 
-/// Returns the texture of a square metre of a material of that roughness.
+/// Returns the texture of a square meter of a material of that roughness.
 /// A smooth one is painted once per process.
-pub(crate) fn square_metre(of: Material, roughness: f64) -> Arc<Texture> {
+pub(crate) fn square_meter(of: Material, roughness: f64) -> Arc<Texture> {
     static SMOOTH: [OnceLock<Arc<Texture>>; 7] = [const { OnceLock::new() }; 7];
     match SMOOTH.get(of as usize).filter(|_| roughness == 0.0) {
         Some(painted) => painted.get_or_init(|| Arc::new(material(of, 0.0))).clone(),
@@ -19,7 +19,7 @@ pub(crate) fn square_metre(of: Material, roughness: f64) -> Arc<Texture> {
     }
 }
 
-/// Paints a square metre of a material; roughness from 0 to 1 adds bumps.
+/// Paints a square meter of a material; roughness from 0 to 1 adds bumps.
 fn material(material: Material, roughness: f64) -> Texture {
     let roughness = roughness as f32;
     let bumps = Noise(0x0b55);

@@ -1,5 +1,5 @@
 //! Rasterizer of flat surfaces in perspective with an inverse depth buffer.
-//! Colours are computed only where surfaces are visible.
+//! Colors are computed only where surfaces are visible.
 //!
 //! Inverse depth and texture coordinates by depth are linear over the image, so that each pixel is exact, however the camera is
 //! turned.
@@ -12,9 +12,9 @@ use crate::render::texture::{Color, Texture};
 use crate::viewpoint::{CameraPose, Vector, dot, plus};
 
 /// Near clipping distance, m.
-const NEAR: f64 = 0.02;
+const NEAR_CLIP: f64 = 0.02;
 /// Far clipping distance, m.
-pub(crate) const FAR: f64 = 60.0;
+pub(crate) const FAR_CLIP: f64 = 60.0;
 /// Distance from which objects fade into the background, m.
 const CLEAR: f32 = 15.0;
 /// Index of a pixel without a surface.
@@ -31,7 +31,7 @@ fn at(slope: &Slope, x: f32, y: f32) -> f32 {
     slope[0] * x + slope[1] * y + slope[2]
 }
 
-/// Texture mapping of a plane: origin, and texture axes per metre.
+/// Texture mapping of a plane: origin, and texture axes per meter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
     pub origin: Vector,
@@ -45,7 +45,7 @@ pub(crate) struct Plane {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Finish {
     pub texture: u16,
-    /// Factor on the texture's colour.
+    /// Factor on the texture's color.
     pub tint: Color,
     /// Shading towards v = 0, as of a wall near the floor.
     pub has_foot: bool,
@@ -119,7 +119,7 @@ impl Raster {
 
     /// Clears the picture.
     pub fn begin(&mut self) {
-        self.inverse_depths.fill((1.0 / FAR) as f32);
+        self.inverse_depths.fill((1.0 / FAR_CLIP) as f32);
         self.seen.fill(NOTHING);
         self.surfaces.clear();
     }
@@ -317,7 +317,7 @@ impl Surface {
         }
         let [red, green, blue] = finish.tint;
         let lit = [color[0] * red * factor, color[1] * green * factor, color[2] * blue * factor];
-        let fading = ((depth - CLEAR) * (1.0 / (FAR as f32 - CLEAR))).clamp(0.0, 1.0);
+        let fading = ((depth - CLEAR) * (1.0 / (FAR_CLIP as f32 - CLEAR))).clamp(0.0, 1.0);
         (mixed(lit, haze, fading), alpha)
     }
 }
@@ -348,11 +348,11 @@ fn cut_near(corners: &[Vector], cut: &mut Vec<Vector>) {
     cut.clear();
     for (number, from) in corners.iter().enumerate() {
         let to = corners[if number + 1 == corners.len() { 0 } else { number + 1 }];
-        if from[2] >= NEAR {
+        if from[2] >= NEAR_CLIP {
             cut.push(*from);
         }
-        if (from[2] >= NEAR) != (to[2] >= NEAR) {
-            let share = (NEAR - from[2]) / (to[2] - from[2]);
+        if (from[2] >= NEAR_CLIP) != (to[2] >= NEAR_CLIP) {
+            let share = (NEAR_CLIP - from[2]) / (to[2] - from[2]);
             cut.push(plus(*from, plus(to, *from, -1.0), share));
         }
     }

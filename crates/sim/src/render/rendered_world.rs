@@ -7,9 +7,9 @@ use slate_module::math::max;
 
 use crate::geometry::Point;
 use crate::render::figure::{self, Outfit};
-use crate::render::materials::square_metre;
+use crate::render::materials::square_meter;
 use crate::render::panels::{Panel, panels};
-use crate::render::raster::{FAR, Finish, Plane, Raster};
+use crate::render::raster::{FAR_CLIP, Finish, Plane, Raster};
 use crate::render::texture::{Color, Texture};
 use crate::scenery::{Material, Posture, Scenery};
 use crate::surroundings::{Mover, Surroundings};
@@ -28,7 +28,7 @@ const OUTFITS: usize = 6;
 const LIGHT: Vector = [0.45, 0.30, 0.841];
 /// Height of parts of the floor above the rest, which makes them nearer, m.
 const PATCH: f64 = 0.001;
-/// Colours of robots.
+/// Colors of robots.
 const ROBOTS: [Color; 4] = [[0.55, 0.12, 0.10], [0.12, 0.22, 0.50], [0.15, 0.35, 0.16], [0.45, 0.38, 0.10]];
 
 /// Surfaces, signs and figures of a world with their textures.
@@ -66,7 +66,7 @@ impl RenderedWorld {
         let mut materials = BTreeMap::new();
         let mut add = |own: Material, textures: &mut Vec<Arc<Texture>>| {
             *materials.entry(own).or_insert_with(|| {
-                textures.push(square_metre(own, 0.0));
+                textures.push(square_meter(own, 0.0));
                 (textures.len() - 1) as u16
             })
         };
@@ -83,7 +83,7 @@ impl RenderedWorld {
         let floor = std::iter::once((floor, scenery.floor_roughness.unwrap_or(ROUGHNESS)));
         let patches = scenery.floors.iter().map(|patch| (patch.material, patch.roughness));
         let floors = floor.chain(patches).map(|(own, roughness)| {
-            textures.push(square_metre(own, roughness));
+            textures.push(square_meter(own, roughness));
             (textures.len() - 1) as u16
         });
         let floors = floors.collect();
@@ -121,7 +121,7 @@ impl RenderedWorld {
         self.draw_ground(pose, raster);
         raster.shade(pose, &self.textures);
         self.add_people(surroundings, pose, visible);
-        // What is behind is seen through the gaps of what is in front.
+        // Bodies behind are visible through gaps of bodies in front.
         visible
             .panels
             .sort_unstable_by(|(a, one), (b, other)| b.total_cmp(a).then(one.texture.cmp(&other.texture)));
@@ -143,7 +143,7 @@ impl RenderedWorld {
     ) {
         let eye = Point::new(pose.origin[0], pose.origin[1]);
         visible.bodies.clear();
-        surroundings.near(eye, FAR, |number, distance| visible.bodies.push((distance, number)));
+        surroundings.near(eye, FAR_CLIP, |number, distance| visible.bodies.push((distance, number)));
         // The nearest hide most.
         visible.bodies.sort_unstable_by(|(a, one), (b, other)| a.total_cmp(b).then(one.cmp(other)));
         let statics = surroundings.bodies().len();
@@ -193,7 +193,7 @@ impl RenderedWorld {
         let length = along.norm();
         let (x, y) = (along.x / length, along.y / length);
         let corners = [[a.x, a.y, 0.0], [b.x, b.y, 0.0], [b.x, b.y, height], [a.x, a.y, height]];
-        // The pattern goes on from wall to wall of a line.
+        // The pattern continues from wall to wall of a line.
         let plane =
             Plane { origin: corners[0], u: [x, y, 0.0], v: [0.0, 0.0, 1.0], start: [a.x * x + a.y * y, 0.0] };
         let tint = self.tint(tint, [y, -x, 0.0]);
@@ -230,7 +230,7 @@ impl RenderedWorld {
         }
     }
 
-    /// Light on a surface with that normal, on a colour.
+    /// Light on a surface with that normal, on a color.
     fn tint(&self, color: Color, normal: Vector) -> Color {
         let toward = 0.5 + 0.5 * crate::viewpoint::dot(normal, LIGHT);
         let ambience = self.ambience;

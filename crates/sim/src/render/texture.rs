@@ -1,6 +1,6 @@
 //! Textures with mipmaps: halved sizes of the image prevent aliasing at distance.
 
-/// Colour, or radiance, of red, green and blue.
+/// Color, or radiance, of red, green and blue.
 pub(crate) type Color = [f32; 3];
 
 /// An image whose sides are powers of two. It repeats beyond its edges.
@@ -22,7 +22,7 @@ struct MipLevel {
 
 impl Texture {
     /// Creates a texture of 2 to the power of `shifts` columns and rows.
-    /// `color` maps the middle of each texel, 0 to 1, the first row at the bottom. Colours are roots of linear ones;
+    /// `color` maps the middle of each texel, 0 to 1, the first row at the bottom. Colors are roots of linear ones;
     /// the last number is the opacity.
     pub fn paint(shifts: [u32; 2], mut color: impl FnMut(f32, f32) -> [f32; 4]) -> Self {
         let [width, height] = shifts.map(|shift| 1_u32 << shift);
@@ -37,7 +37,7 @@ impl Texture {
         Self { levels }
     }
 
-    /// Returns linear colour and opacity at a place.
+    /// Returns linear color and opacity at a place.
     /// `cover` is the share of the texture that a pixel covers: the greater of both directions, 0 to 1.
     #[inline]
     pub fn sample(&self, u: f32, v: f32, cover: f32) -> ([f32; 3], f32) {
@@ -76,7 +76,7 @@ impl MipLevel {
                 let alpha: u32 = four.iter().map(|texel| u32::from(texel[3])).sum();
                 let mut mean = [0; 4];
                 for (channel, mean) in mean.iter_mut().enumerate().take(3) {
-                    // What is not opaque has no colour to mix.
+                    // Transparent pixels have no color to mix.
                     let sum: u32 =
                         four.iter().map(|texel| u32::from(texel[channel]) * u32::from(texel[3])).sum();
                     *mean = (sum + alpha / 2).checked_div(alpha).unwrap_or(0) as u8;
@@ -88,7 +88,7 @@ impl MipLevel {
         Some(Self::new(shifts, texels))
     }
 
-    /// Bilinear interpolation of the linear colour's roots.
+    /// Bilinear interpolation of the linear color's roots.
     #[inline]
     fn sample(&self, u: f32, v: f32) -> ([f32; 3], f32) {
         let [wide, high] = self.shifts;

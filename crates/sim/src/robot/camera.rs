@@ -13,7 +13,7 @@ const LONGEST_EXPOSURE: f64 = 0.2;
 #[serde(deny_unknown_fields)]
 pub struct CameraDescription {
     /// Pose of the camera, or of its head's axes, on the robot.
-    /// x, y and z in metres, then yaw and pitch in degrees. A positive pitch looks down.
+    /// x, y and z in meters, then yaw and pitch in degrees. A positive pitch looks down.
     pub mount: [f64; 5],
     /// Width of the image, pixels.
     pub width: u32,
@@ -63,7 +63,7 @@ fn one() -> f64 {
 }
 
 impl CameraDescription {
-    /// Returns the principal point, pixels; pixel centres have integer coordinates.
+    /// Returns the principal point, pixels; pixel centers have integer coordinates.
     pub fn center(&self) -> [f64; 2] {
         let middle = |pixels: u32| (f64::from(pixels) - 1.0) / 2.0;
         self.principal_point.unwrap_or([middle(self.width), middle(self.height)])
@@ -94,7 +94,7 @@ impl CameraDescription {
     }
 
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let [_, _, z, _, pitch] = self.mount;
         let is_side = |side: u32| (8..=LONGEST).contains(&side);
@@ -103,7 +103,7 @@ impl CameraDescription {
             (
                 "mount",
                 self.mount.iter().all(|value| value.abs() <= 360.0) && z > 0.0 && pitch.abs() <= 90.0,
-                "expected x, y and z in metres, then yaw and pitch in degrees: z above 0, a pitch up to 90",
+                "expected x, y and z in meters, then yaw and pitch in degrees: z above 0, a pitch up to 90",
             ),
             ("width", is_side(self.width), "expected from 8 to 1920 pixels"),
             ("height", is_side(self.height), "expected from 8 to 1920 pixels"),

@@ -100,7 +100,7 @@ impl Friction {
 
 impl DriveDescription {
     /// Returns the key of an invalid or missing value, and the expectation.
-    pub(super) fn mistake(&self) -> Option<(Vec<&'static str>, String)> {
+    pub(super) fn error_code(&self) -> Option<(Vec<&'static str>, String)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let skids = self.kind == DriveKind::SkidSteer;
         let numbers = [
@@ -116,8 +116,8 @@ impl DriveDescription {
                 return Some((vec![key], "expected a positive, finite number".into()));
             }
         }
-        if let Some(mistake) = self.mistake_of_omni() {
-            return Some(mistake);
+        if let Some(error_code) = self.mistake_of_omni() {
+            return Some(error_code);
         }
         let different = self.wheel_friction.all().into_iter().find(|(_, friction)| friction.is_some());
         let of_skid_steering = [

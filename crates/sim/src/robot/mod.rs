@@ -132,7 +132,7 @@ impl RobotDescription {
         if !(robot.mass.is_finite() && robot.mass > 0.0) {
             return wrong(&[DocumentStep::Key("mass")], "expected a positive, finite number");
         }
-        if let Some((keys, message)) = robot.drive.mistake() {
+        if let Some((keys, message)) = robot.drive.error_code() {
             let path: Vec<_> = std::iter::once("drive").chain(keys).map(DocumentStep::Key).collect();
             return wrong(&path, &message);
         }
@@ -157,17 +157,17 @@ impl RobotDescription {
 
     /// Returns the keys of an invalid value of a sensor, and the expectation.
     fn mistake_of_sensor(&self) -> Option<([&str; 3], &'static str)> {
-        let sonars = self.sonar.iter().map(|(name, it)| ("sonar", name, it.mistake()));
-        let sensors = self.robot_sensor.iter().map(|(name, it)| ("robot_sensor", name, it.mistake()));
-        let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.mistake()));
-        let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.mistake()));
-        let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.mistake()));
-        let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.mistake()));
-        let cameras = self.camera.iter().map(|(name, it)| ("camera", name, it.mistake()));
+        let sonars = self.sonar.iter().map(|(name, it)| ("sonar", name, it.error_code()));
+        let sensors = self.robot_sensor.iter().map(|(name, it)| ("robot_sensor", name, it.error_code()));
+        let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.error_code()));
+        let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.error_code()));
+        let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.error_code()));
+        let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.error_code()));
+        let cameras = self.camera.iter().map(|(name, it)| ("camera", name, it.error_code()));
         let mut all =
             sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry).chain(imus).chain(cameras);
-        all.find_map(|(table, name, mistake)| {
-            mistake.map(|(key, message)| ([table, name.as_str(), key], message))
+        all.find_map(|(table, name, error_code)| {
+            error_code.map(|(key, message)| ([table, name.as_str(), key], message))
         })
     }
 

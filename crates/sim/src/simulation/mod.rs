@@ -25,7 +25,7 @@ use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
 use crate::sonar::SonarRing;
 use crate::surroundings::{Hull, Nearby, Surroundings};
-use crate::touching::{Felt, Touching};
+use crate::touching::{BumperContacts, Touching};
 use crate::world::{Body, DescriptionError, World};
 use moving::Moving;
 pub use moving::MovingBodies;
@@ -100,8 +100,8 @@ pub struct Simulation {
     #[serde(default, skip_serializing_if = "RoughGround::is_even")]
     ground: RoughGround,
     /// Contacts that each robot feels.
-    felt: Vec<Felt>,
-    /// Scratch memory for the neighbourhood of a robot, one per thread.
+    bumper_contacts: Vec<BumperContacts>,
+    /// Scratch memory for the neighborhood of a robot, one per thread.
     /// The number of threads is no part of the state.
     #[serde(skip, default = "one_thread")]
     nearby: Vec<Nearby>,
@@ -167,7 +167,7 @@ impl Simulation {
             touching: Touching::default(),
             moving: Moving::default(),
             ground: RoughGround::of(&world.scenery),
-            felt: vec![Felt::default(); robots.len()],
+            bumper_contacts: vec![BumperContacts::default(); robots.len()],
             nearby: one_thread(),
         };
         for placement in robots {
@@ -341,8 +341,10 @@ impl Simulation {
     /// Advances virtual time by one step, without sensing.
     pub fn step(&mut self) {
         let step = self.step as f64 * 1e-9;
-        for ((robot, sensors), felt) in self.robots.iter_mut().zip(&self.sensors).zip(&self.felt) {
-            robot.drive(&sensors.echoes, *felt, step);
+        for ((robot, sensors), bumper_contacts) in
+            self.robots.iter_mut().zip(&self.sensors).zip(&self.bumper_contacts)
+        {
+            robot.drive(&sensors.echoes, *bumper_contacts, step);
             let body = &mut self.physics.bodies[robot.handle];
             body.set_linvel(Vector::new(robot.velocity.x, robot.velocity.y), true);
             body.set_angvel(robot.turn, true);
@@ -370,7 +372,8 @@ impl Simulation {
 
     /// Finds contacts that begin, and the state of the bumpers.
     fn touch(&mut self) {
-        let Self { physics, surroundings, robots, moving, felt, touching, contacts, now, .. } = self;
+        let Self { physics, surroundings, robots, moving, bumper_contacts, touching, contacts, now, .. } =
+            self;
         let statics = surroundings.bodies().len();
         let begin = |(i, j): (usize, usize), towards: Point, gap: Gap| {
             let robot = &robots[i];
@@ -395,19 +398,20 @@ impl Simulation {
                 approach: own + theirs,
             });
         };
-        felt.fill(Felt::default());
+        bumper_contacts.fill(BumperContacts::default());
         let feel = |(i, j): (usize, usize), gap: Gap| {
-            felt[i].press(surroundings.robots()[i].frame().local(gap.from), robots[i].bumper);
+            bumper_contacts[i].press(surroundings.robots()[i].frame().local(gap.from), robots[i].bumper);
             if let Some(other) = j.checked_sub(statics).filter(|mover| *mover < robots.len()) {
-                felt[other].press(surroundings.robots()[other].frame().local(gap.to), robots[other].bumper);
+                bumper_contacts[other]
+                    .press(surroundings.robots()[other].frame().local(gap.to), robots[other].bumper);
             }
         };
         touching.update(physics, surroundings, *now, begin, feel);
     }
 
     /// Returns the contacts that the robot feels.
-    pub fn felt(&self, robot: usize) -> Felt {
-        self.felt[robot]
+    pub fn bumper_contacts(&self, robot: usize) -> BumperContacts {
+        self.bumper_contacts[robot]
     }
 
     /// Returns whether the robot has bumpers.
@@ -417,7 +421,7 @@ impl Simulation {
 
     /// Returns whether the robot touches something.
     pub fn touches(&self, robot: usize) -> bool {
-        self.felt[robot].anywhere
+        self.bumper_contacts[robot].anywhere
     }
 
     /// Takes the contacts that began since the last call.

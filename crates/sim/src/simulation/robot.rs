@@ -8,7 +8,7 @@ use crate::positioning::PositioningSystem;
 use crate::robot::BumperDescription;
 use crate::script::Wanderer;
 use crate::sonar::Echo;
-use crate::touching::Felt;
+use crate::touching::BumperContacts;
 
 /// Robot with its motion.
 #[derive(Serialize, Deserialize)]
@@ -16,12 +16,12 @@ pub(super) struct SimulatedRobot {
     pub name: String,
     pub handle: RigidBodyHandle,
     pub mass: f64,
-    /// Moment of inertia about the centre of mass, kg m².
+    /// Moment of inertia about the center of mass, kg m².
     pub moment: f64,
-    /// Centre of mass in the robot's frame.
+    /// Center of mass in the robot's frame.
     pub center: Point,
     pub pose: Pose,
-    /// Velocity of the centre of mass in the world, m/s.
+    /// Velocity of the center of mass in the world, m/s.
     pub velocity: Point,
     pub turn: f64,
     /// Motion by the drive.
@@ -40,7 +40,7 @@ impl SimulatedRobot {
     }
 
     /// Computes the robot's motion in the next `step` seconds.
-    pub fn drive(&mut self, echoes: &[Echo], felt: Felt, step: f64) {
+    pub fn drive(&mut self, echoes: &[Echo], bumper_contacts: BumperContacts, step: f64) {
         if let Some(script) = &mut self.script {
             self.drive.command(script.decide(echoes, step).into());
         }
@@ -72,7 +72,7 @@ impl SimulatedRobot {
                 self.velocity = middle.rotate(Point::new(forward, left));
                 self.turn = turn;
                 // A robot that others push does not move itself.
-                let pushed = felt.anywhere && drive.stands();
+                let pushed = bumper_contacts.anywhere && drive.stands();
                 let whole =
                     Motion { origin: middle.apply(self.center), velocity: self.velocity, angular: turn };
                 self.motion = match pushed {

@@ -136,7 +136,7 @@ impl Simulation {
         self.sensors[robot].laser.as_ref()
     }
 
-    /// Returns new ranges of a robot's laser, metres, with faults, if any.
+    /// Returns new ranges of a robot's laser, meters, with faults, if any.
     pub fn shown_laser(&mut self, robot: usize) -> Option<(&[f32], &LaserDescription)> {
         let Sensors { laser, laser_display, .. } = &mut self.sensors[robot];
         let laser = laser.as_ref().filter(|laser| laser.last() == Some(self.now))?;

@@ -28,7 +28,7 @@ pub(super) fn pose2(pose: Pose) -> Pose2 {
     Pose2 { x: pose.x, y: pose.y, theta: pose.theta }
 }
 
-/// Returns the mount of a sensor from x and y in metres and degrees.
+/// Returns the mount of a sensor from x and y in meters and degrees.
 pub(super) fn mount(sensor: &str, [x, y, degrees]: [f64; 3]) -> Transform {
     Transform {
         parent: Text::new("base_link"),

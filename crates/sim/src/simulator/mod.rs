@@ -161,7 +161,7 @@ impl Instance for Simulator {
                 }
             });
             if sonar {
-                ports.with(|io: &SonarIo| self.hear(robot, io));
+                ports.with(|io: &SonarIo| self.publish_echoes(robot, io));
             }
             ports.with(|io: &RobotIo| self.show(robot, io));
             if bumper {
@@ -170,7 +170,7 @@ impl Instance for Simulator {
             if laser {
                 ports.with(|io: &LaserIo| {
                     if is_first {
-                        self.tell_mount(robot, io);
+                        self.publish_mount(robot, io);
                     }
                     self.scan(robot, io);
                 });
@@ -233,7 +233,7 @@ impl Simulator {
         }
     }
 
-    fn hear(&mut self, robot: usize, io: &SonarIo) {
+    fn publish_echoes(&mut self, robot: usize, io: &SonarIo) {
         if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
@@ -273,11 +273,11 @@ impl Simulator {
     }
 
     fn feel(&self, robot: usize, io: &BumperIo) {
-        let felt = self.simulation.felt(robot);
-        io.bumper.set(Bumper { front: felt.front.into(), back: felt.back.into() });
+        let bumper_contacts = self.simulation.bumper_contacts(robot);
+        io.bumper.set(Bumper { front: bumper_contacts.front.into(), back: bumper_contacts.back.into() });
     }
 
-    fn tell_mount(&self, robot: usize, io: &LaserIo) {
+    fn publish_mount(&self, robot: usize, io: &LaserIo) {
         let Some(laser) = self.simulation.laser(robot) else { return };
         io.laser_mount.set(mount("laser", laser.description().mount));
     }

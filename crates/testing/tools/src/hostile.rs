@@ -130,7 +130,7 @@ impl HostileSender {
         for number in 0..count {
             let packet = self.mutation();
             let port = ports[number % ports.len()];
-            // A port that nobody has any more is reported with the next packet.
+            // A closed port is reported with the next packet.
             let _ = self.socket.send_to(&packet, ("127.0.0.1", port));
             if number % 100 == 0 {
                 std::thread::sleep(Duration::from_millis(5));

@@ -1,7 +1,7 @@
 //! Python and Node for tests with external programs.
 //! Each has packages in a folder of its own.
 //!
-//! The first test that asks for packages installs them, from PyPI or npm; later ones find them.
+//! The first test that requests packages installs them, from PyPI or npm; later ones find them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod hostile;

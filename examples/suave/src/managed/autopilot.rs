@@ -41,11 +41,11 @@ pub struct AutopilotParams {
 /// State of the control.
 #[derive(Default, Serialize, Deserialize)]
 pub struct AutopilotState {
-    /// Start position: east, north, altitude, metres.
+    /// Start position: east, north, altitude, meters.
     start: Option<[f64; 3]>,
-    /// Newest setpoint: east, north, altitude, metres.
+    /// Newest setpoint: east, north, altitude, meters.
     setpoint: Option<[f64; 3]>,
-    /// Integral of the velocity error, metres.
+    /// Integral of the velocity error, meters.
     integral: [f64; 3],
 }
 

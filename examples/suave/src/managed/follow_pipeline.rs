@@ -42,9 +42,9 @@ pub struct FollowState {
     looked: Option<f64>,
     /// Number of reached points.
     reached: u32,
-    /// Last reached point, metres.
+    /// Last reached point, meters.
     last: Option<(f64, f64)>,
-    /// Inspected length, metres.
+    /// Inspected length, meters.
     distance: f64,
 }
 

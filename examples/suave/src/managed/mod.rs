@@ -20,7 +20,7 @@ fn is_activated(now: &Tick) -> bool {
 }
 
 /// Returns true if the vehicle is near a setpoint.
-/// The tolerance is along each horizontal axis, metres.
+/// The tolerance is along each horizontal axis, meters.
 fn is_near(navigation: &Navigation, setpoint: &Setpoint, tolerance: f64) -> bool {
     (navigation.x - setpoint.x).abs() <= tolerance && (navigation.y - setpoint.y).abs() <= tolerance
 }

@@ -22,7 +22,7 @@ pub struct SearchIo {
 #[params]
 pub struct SearchParams {
     #[param(default = 2.0, range = 0.5..=20.0, unit = "m", doc = "altitude of the spiral")]
-    /// Altitude of the spiral, metres.
+    /// Altitude of the spiral, meters.
     pub altitude: f64,
     #[param(default = std::f64::consts::FRAC_PI_3, range = 0.01..=3.0, unit = "rad", doc = "field of view of the camera, which the turns are apart")]
     field_of_view: f64,
@@ -42,11 +42,11 @@ pub struct SearchState {
     center: Option<(f64, f64)>,
     /// Number of the next point.
     count: u32,
-    /// Offset of the present point from the center, metres.
+    /// Offset of the present point from the center, meters.
     offset: (f64, f64),
-    /// Present point: east, north, altitude, metres.
+    /// Present point: east, north, altitude, meters.
     point: Option<(f64, f64, f64)>,
-    /// Altitude of the last observation, metres.
+    /// Altitude of the last observation, meters.
     altitude: f64,
 }
 

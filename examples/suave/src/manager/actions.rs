@@ -60,7 +60,7 @@ impl Action<ManagerBody> for GroundDesign {
             now.log_with(level, format_args!("{text}"), &fields);
         };
         let Some((request, since)) = self.request else {
-            log(Level::Info, "action: other settings are asked for");
+            log(Level::Info, "action: other settings are requested");
             self.request = Some((body.settings.change(body.designs.changes(place)), now.now()));
             return Step::Running;
         };

@@ -117,9 +117,9 @@ pub struct TrendParams {
 /// Last measurement and the trend.
 #[derive(Default, Serialize, Deserialize)]
 pub struct TrendState {
-    /// Time and visibility, nanoseconds and metres.
+    /// Time and visibility, nanoseconds and meters.
     last: Option<(u64, f64)>,
-    /// Rate of change, metres per second.
+    /// Rate of change, meters per second.
     rate: f64,
 }
 

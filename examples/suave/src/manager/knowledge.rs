@@ -21,7 +21,7 @@ pub struct SearchModel {
 }
 
 impl SearchModel {
-    /// Returns the visibility that a search needs at an altitude, metres.
+    /// Returns the visibility that a search needs at an altitude, meters.
     /// The given one while the height of the pipeline is not known.
     pub fn visibility(&self, altitude: f64, given: f64) -> f64 {
         let needed = altitude - self.pipeline_height + self.visibility_margin;

@@ -34,7 +34,7 @@ pub struct ManagerMemory {
 }
 
 /// Number of attempts until another change.
-const TRIES: u32 = 3;
+const MAX_ATTEMPTS: u32 = 3;
 
 /// Chooses the best design of each function of the present task.
 pub struct ManagerPlan;
@@ -71,7 +71,7 @@ impl Plan for ManagerPlan {
         }
         if situation.ended().any(|ended| ended.ending == Ending::FAILED) {
             memory.failures += 1;
-            if memory.failures == TRIES {
+            if memory.failures == MAX_ATTEMPTS {
                 let what =
                     "plan: the designs are given up until something changes: see why they were refused";
                 now.log_with(Level::Error, format_args!("{what}"), &[("decision", memory.decision.into())]);
@@ -80,7 +80,7 @@ impl Plan for ManagerPlan {
                 memory.groundings.places = [None; 3];
             }
         }
-        if memory.failures >= TRIES {
+        if memory.failures >= MAX_ATTEMPTS {
             return;
         }
         let Some(task) = memory.groundings.task else { return };

@@ -1,4 +1,4 @@
-/// Mistake in an IDL file.
+/// Error in an IDL file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {reason}")]
 pub struct IdlError {

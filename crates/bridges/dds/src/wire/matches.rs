@@ -33,7 +33,7 @@ pub struct MatchWords {
     /// Conversion of a DDS type to the middleware's name of it.
     pub message_name: fn(&str) -> String,
     /// Advice for two ends of different types.
-    pub advice: &'static str,
+    pub help: &'static str,
 }
 
 /// Matched endpoints of an agent's topics.
@@ -142,9 +142,9 @@ impl Matches {
             let (who, topic) = (self.role(writes), &own.topic);
             let there: String = (self.words.message_name)(&other.type_name).chars().take(120).collect();
             let text = if own.wire.1 != other.type_name {
-                let (here, advice) = (&own.message, self.words.advice);
+                let (here, help) = (&own.message, self.words.help);
                 format!(
-                    "{topic}: a {who} has type {there} and this agent {here}, so they exchange nothing: {advice}"
+                    "{topic}: a {who} has type {there} and this agent {here}, so they exchange nothing: {help}"
                 )
             } else if has_key(*guid) != has_key(other.guid) {
                 let (other, own) = if has_key(*guid) { ("no key", "one") } else { ("a key", "none") };
@@ -196,7 +196,7 @@ impl Matches {
             ("RELIABILITY", false) => "; take reliable = false away",
             ("DURABILITY", true) => "; take transient_local = true away",
             ("DURABILITY", false) => "; transient_local = true offers it",
-            ("REPRESENTATION", false) => "; representation says which is written",
+            ("REPRESENTATION", false) => "; `representation` selects the written one",
             _ => "",
         };
         format!(

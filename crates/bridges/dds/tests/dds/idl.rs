@@ -111,7 +111,7 @@ fn unsupported_idl_is_named_with_its_line() {
 }
 
 #[test]
-fn a_missing_or_circular_include_is_said() {
+fn missing_or_circular_include_is_reported() {
     let folder = std::env::temp_dir().join(format!("slate-idl-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("a.idl"), "#include \"b.idl\"\nstruct A { B b; };").unwrap();

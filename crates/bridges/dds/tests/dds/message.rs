@@ -144,7 +144,7 @@ fn a_list_of_any_length_is_the_tail() {
 }
 
 #[test]
-fn what_does_not_fit_is_named_by_both_sides() {
+fn mismatch_is_named_by_both_sides() {
     let cases = [
         ("struct P { string x; double y; };", "`x` is string in P (p.idl:1), and f64 in Point"),
         ("struct P { long x; double y; };", "`x` is long in P (p.idl:1), and f64 in Point"),

@@ -40,7 +40,7 @@ fn topics_are_named_by_entries_and_links() {
 }
 
 #[test]
-fn mistakes_come_with_their_line_and_advice() {
+fn errors_have_line_and_help() {
     let entry = |entry: &str| format!("agent.name = \"r2\"\n[dds]\nread.\"planner/target\" = {entry}\n");
     let cases = [
         (entry("{ topic = \"Target\", idl = \"tests/dds/target.idl\" }"), "`type` does not say which"),

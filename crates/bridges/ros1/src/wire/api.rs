@@ -52,7 +52,7 @@ fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &
         "publisherUpdate" => {
             // Several inputs may read one topic.
             let topics = parts.subscriptions.iter().filter(|own| Some(own.topic.as_str()) == text(1));
-            topics.for_each(|own| own.ask_publishers());
+            topics.for_each(|own| own.query_publishers());
             done("", XmlValue::Integer(0))
         }
         "paramUpdate" => {

@@ -99,7 +99,7 @@ pub async fn read_message(stream: &mut (impl AsyncRead + Unpin), most: u32) -> i
 }
 
 /// Returns the text that the other end of a topic has another message type.
-pub fn misfit(topic: &str, role: &str, theirs: &ConnectionHeader, of: &str, checksum: &str) -> String {
+pub fn mismatch(topic: &str, role: &str, theirs: &ConnectionHeader, of: &str, checksum: &str) -> String {
     let [node, their_type, sum] = ["callerid", "type", "md5sum"].map(|name| theirs.shown(name));
     format!(
         "{topic}: a {role}, {node}, has type {their_type} ({sum}) and this agent {of} ({checksum}), so they exchange nothing: \

@@ -146,7 +146,7 @@ impl RosNode {
             let found = found.map(|value| value.as_text() == Some(&self.context.api));
             if let Err(CallError::Unreachable(reason)) = &found {
                 if !std::mem::replace(&mut is_lost, true) {
-                    log(Level::Warn, format!("{master} is lost, and connections to nodes stay: {reason}"));
+                    log(Level::Warn, format!("{master} is lost; connections to nodes remain: {reason}"));
                 }
                 continue;
             }

@@ -11,7 +11,7 @@ use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::timeout;
 
-use super::header::{ConnectionHeader, length, misfit};
+use super::header::{ConnectionHeader, length, mismatch};
 use crate::checksum::message_checksum;
 
 /// Time without progress of a message after which a subscriber is dropped.
@@ -80,7 +80,7 @@ impl TopicPublication {
         if self.is_latched {
             *last = Some(Arc::clone(&bytes));
         }
-        // Nobody may listen.
+        // There may be no subscriber.
         let _ = self.messages.send(bytes);
         Ok(())
     }
@@ -100,7 +100,7 @@ impl TopicPublication {
         node: &str,
     ) -> io::Result<Option<String>> {
         if !header.takes(&self.of, &self.checksum) {
-            let error = misfit(&self.topic, "subscription", header, &self.of, &self.checksum);
+            let error = mismatch(&self.topic, "subscription", header, &self.of, &self.checksum);
             ConnectionHeader::of([("error", error.as_str())]).write(&mut stream).await?;
             return Ok(Some(error));
         }

@@ -13,7 +13,7 @@ use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
 use super::context::NodeContext;
-use super::header::{ConnectionHeader, misfit, read_message, wrong};
+use super::header::{ConnectionHeader, mismatch, read_message, wrong};
 use super::http::{HttpAddress, TIMEOUT};
 use super::master::{CallError, call_method};
 use super::xml::XmlValue;
@@ -43,7 +43,7 @@ pub struct TopicSubscription {
     sink: MessageSink,
     /// Addresses of their APIs.
     publishers: Mutex<BTreeSet<String>>,
-    /// Outdated publishers: the master must be asked for them.
+    /// Outdated publishers: the master must be queried for them.
     is_stale: AtomicBool,
     changed: Notify,
     connected: AtomicUsize,
@@ -112,7 +112,7 @@ impl TopicSubscription {
 
     /// Requests a query of the master for the publishers.
     /// The notice of a change is not trusted, as any program can send it.
-    pub fn ask_publishers(&self) {
+    pub fn query_publishers(&self) {
         self.is_stale.store(true, Ordering::Release);
         self.changed.notify_one();
     }
@@ -184,7 +184,7 @@ impl TopicSubscription {
             "" => theirs,
             _ => self.exchange(node, &authority, "*", "*").await?.1,
         };
-        Err(wrong(&misfit(&self.topic, "publisher", &theirs, &self.of, &self.checksum)))
+        Err(wrong(&mismatch(&self.topic, "publisher", &theirs, &self.of, &self.checksum)))
     }
 
     /// Sends the wanted type to a publisher, and returns its header.

@@ -124,7 +124,7 @@ pub fn read_call(text: &str) -> Result<(String, Vec<XmlValue>), String> {
 /// Parses the value of an answer.
 ///
 /// # Errors
-/// When it is no answer, or tells of a fault, in words.
+/// When it is no answer, or reports a fault, in words.
 pub fn read_answer(text: &str) -> Result<XmlValue, String> {
     let document = document(text)?;
     let root = document.root_element();

@@ -1,4 +1,4 @@
-//! Bytes that nobody sends by mistake.
+//! Malicious bytes.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
 use std::io::{Read, Write};

@@ -124,7 +124,7 @@ impl Drop for Master {
 }
 
 /// Another program may take it before the master does; then the test fails with the master's words.
-/// A port that nobody has, below those that the system gives to connections: one of these could get it before the master does.
+/// Free port, below those that the system gives to connections: one of these could get it before the master does.
 fn free_port() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     let first = 15_000 + (std::process::id() % 15_000) as u16;

@@ -123,7 +123,7 @@ fn an_outbox_calls_a_service_of_rospy() {
     );
     let agent = Running::of(&text(&master.address(), &table));
     let wish = |on: bool| agent.set("asker/wish", "on", Value::Bool(on));
-    // Nobody is there.
+    // Without a server.
     wish(true);
     let words = "a message of /asker/requests is not answered: /enable has no server";
     eventually("a lost message", || agent.logged(words) == 1);

@@ -37,7 +37,7 @@ fn links_and_table_say_all() {
 }
 
 #[test]
-fn who_does_not_trust_the_network_has_a_master_on_this_machine() {
+fn untrusted_network_needs_local_master() {
     let table = |rest: &str| format!("[ros1]\n{rest}\n[links]\n\"driver/scan\" = \"ros1:/scan\"");
     for local in ["http://localhost:11311", "http://127.0.0.1:11311/", "http://[::1]:11311"] {
         assert!(!read(&table(&format!("master = \"{local}\""))).unwrap().unwrap().trusted);
@@ -74,7 +74,7 @@ fn the_table_says_what_links_say_and_more() {
 }
 
 #[test]
-fn mistakes_are_named_with_their_place() {
+fn errors_have_their_place() {
     let with = |links: &str| format!("[ros1]\ntrusted = true\n[links]\n{links}");
     refused(
         &with("\"driver/scan\" = \"ros1:/scan-2\""),
@@ -94,7 +94,7 @@ fn mistakes_are_named_with_their_place() {
     refused(&with("\"a/b\" = { from = \"ros1:/x\", latched = true }"), &["latched"]);
     refused("[ros1]\ntrusted = true", &["[ros1] names no topic, and no link does"]);
     let own = "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/srv/SetBool\" }";
-    refused(&format!("[ros1]\n{own}"), &["std_srvs/srv/SetBool is not known here", "std_srvs/SetBool"]);
+    refused(&format!("[ros1]\n{own}"), &["std_srvs/srv/SetBool is unknown", "std_srvs/SetBool"]);
     refused("[ros1]\nparameters = \"write\"", &["expected `parameters` to be none, read or set"]);
     refused("[ros1]\nread.\"a/b\" = { depth = 1 }", &["an entry lacks `topic`"]);
     refused("ros1 = 3", &["`ros1` is a table"]);

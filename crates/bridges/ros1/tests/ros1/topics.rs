@@ -20,7 +20,7 @@ fn scan(ranges: &[f32]) -> Json {
 }
 
 #[test]
-fn what_a_node_publishes_fills_inputs() {
+fn topics_of_nodes_fill_inputs() {
     let master = Master::start();
     let links = "\"base/scan\" = \"ros1:/scan\"\n\"base/command\" = \"ros1:/cmd_vel\"";
     let agent = Running::start(&master.address(), links);
@@ -170,7 +170,7 @@ fn a_master_that_begins_anew_learns_all_again() {
     eventually("the subscription", || old.matched("/cmd_vel") == 1);
     turn(&mut old, 1.0);
     master.kill();
-    eventually("the loss", || agent.logged("is lost, and connections to nodes stay") == 1);
+    eventually("the loss", || agent.logged("is lost; connections to nodes remain") == 1);
     // Nodes that know each other need no master.
     turn(&mut old, 2.0);
     master.revive();
@@ -184,7 +184,7 @@ fn a_master_that_begins_anew_learns_all_again() {
 }
 
 #[test]
-fn a_mismatch_is_said_with_both_types() {
+fn mismatch_names_both_types() {
     let master = Master::start();
     let links = "\"base/command\" = \"ros1:/cmd_vel\"\n\"ros1:/odom\" = \"base/odometry\"";
     let agent = Running::start(&master.address(), links);

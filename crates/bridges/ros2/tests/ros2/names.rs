@@ -18,7 +18,7 @@ fn topics_are_named_from_the_root_the_namespace_or_the_node() {
 }
 
 #[test]
-fn what_ros_forbids_in_a_name_is_said() {
+fn names_forbidden_by_ros_are_reported() {
     let cases = [
         ("scan", "begin with a slash"),
         ("/", "a part of it is empty"),

@@ -146,7 +146,7 @@ fn a_router_is_on_this_machine_unless_the_network_is_trusted() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_line() {
+fn errors_have_their_line() {
     let cases = [
         ("wire = \"tcp\"", 3, "expected `wire` to be dds or zenoh, found \"tcp\""),
         ("router = \"tcp/localhost:7447\"", 3, "DDS has no router, and `router` names one"),
@@ -208,7 +208,7 @@ fn what_is_wrong_is_said_with_its_line() {
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/srv/B\" }",
             3,
-            "the definition of a/srv/B is not known here, as those of std_srvs/srv/Empty",
+            "the definition of a/srv/B is unknown; known ones: std_srvs/srv/Empty",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/msg/B\", definition = \"---\" }",

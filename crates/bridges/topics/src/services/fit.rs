@@ -172,7 +172,7 @@ impl NamedPort<'_> {
         let missing: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
         if !missing.is_empty() {
             let reason = format!("{} has no {}", message_type.name(), missing.join(", "));
-            return Err(self.mismatch(reason, "say it in the entry, as in value = { brightness = 0.5 }"));
+            return Err(self.mismatch(reason, "write it in the entry, as in value = { brightness = 0.5 }"));
         }
         let checked = bytes(descriptor, shape, &value);
         checked

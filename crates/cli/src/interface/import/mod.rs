@@ -20,7 +20,7 @@ use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 pub struct ImportInterface {
-    /// `.msg` file; messages in it are looked for beside it
+    /// `.msg` file; messages in it are searched for beside it
     /// and in `PACKAGE/msg/NAME.msg` below the same root
     file: PathBuf,
 

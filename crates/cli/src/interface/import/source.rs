@@ -133,7 +133,7 @@ fn documentation(lines: &[&str]) -> (String, String) {
 }
 
 /// Returns whether a word in brackets is a unit, such as `m/s^2`.
-/// Ranges and remarks are none.
+/// Ranges and remarks are not types.
 fn is_unit(word: &str) -> bool {
     let is_sign = |c: char| c.is_alphanumeric() || "/*^%°·-".contains(c);
     word.len() <= 16

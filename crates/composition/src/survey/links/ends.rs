@@ -1,7 +1,7 @@
 //! Ends of a link and their names in messages.
 
+use super::end_name;
 use super::sinks::LinkSink;
-use super::wire_name;
 use crate::survey::names::join;
 use crate::survey::{Absent, LinkSource, Survey};
 use slate_configuration::Configuration;
@@ -37,5 +37,5 @@ pub(super) fn target_name(
 /// Returns the name of the port of a link in messages.
 pub(super) fn sink_name(survey: &Survey<'_>, sink: &LinkSink) -> String {
     let module = &survey.modules[sink.module].module.name.value;
-    join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)
+    join(&format!("{module}/{}", end_name(survey, sink.module, sink.link_end)), &sink.field)
 }

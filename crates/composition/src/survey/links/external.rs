@@ -1,7 +1,7 @@
 //! Links to and from programs that are no agents: checks of the end in this agent.
 
 use slate_blackboard::is_within;
-use slate_configuration::{Configuration, ExternalDirection, ExternalLink, Message, Mistake};
+use slate_configuration::{Configuration, ErrorCode, ExternalDirection, ExternalLink, Message};
 use slate_module::{Direction, PortDescription};
 
 use super::messages::roles;
@@ -11,9 +11,9 @@ use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, NoField};
 use crate::survey::block::{Block, FACT, FACT_HELP, Provenance, binds, role_permits};
 use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
-use crate::survey::{LinkSource, Survey, Wire};
+use crate::survey::{LinkEnd, LinkSource, Survey};
 
-/// Error of a link and advice for the user.
+/// Error of a link and help for the user.
 type EndMistake = (Message, String);
 
 /// Checks the links that fill inputs.
@@ -26,7 +26,7 @@ pub(super) fn check_arriving<'a>(
 ) {
     let mut filled: Vec<(usize, usize, String, &str)> = Vec::new();
     for (sink, link) in sinks.iter().zip(configuration.links()) {
-        if let Some(LinkSink { module, wire: Wire::Port(port), field, sends: false }) = sink {
+        if let Some(LinkSink { module, link_end: LinkEnd::Port(port), field, sends: false }) = sink {
             filled.push((*module, *port, field.clone(), &link.to.value));
         }
     }
@@ -49,7 +49,7 @@ pub(super) fn check_arriving<'a>(
         if let Some((.., other)) = filled.iter().find(meets) {
             let message = format!("`{}` is linked already, by `{other}`", link.path.value);
             let help = "an input has one source: link each field once, or the whole input";
-            collector.add(link.path.span, Mistake::TwoSources.of(message), help);
+            collector.add(link.path.span, ErrorCode::TwoSources.of(message), help);
         }
         filled.push((module, port, field, &link.path.value));
     }
@@ -68,20 +68,20 @@ fn input(
             return Ok(None);
         }
         let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
-        return Err((Mistake::Name.of(format!("no module owns `{path}`")), suggest(path, names)));
+        return Err((ErrorCode::Name.of(format!("no module owns `{path}`")), suggest(path, names)));
     };
     let surveyed = &survey.modules[module];
     let (ports, own) = (&surveyed.description.ports, &surveyed.module.name.value);
     let (name, field) = split_port(ports, rest);
     if matches!(name, "enabled" | "params") {
         let message = format!("`{path}` can't follow `{from}`: only inputs do");
-        return Err((Mistake::Ends.of(message), "link an input, or let the program set it".into()));
+        return Err((ErrorCode::Ends.of(message), "link an input, or let the program set it".into()));
     }
     let reads = |port: &&PortDescription| matches!(port.direction, Direction::Input | Direction::Queue);
     let Some(at) = ports.iter().position(|port| port.name == name) else {
         let name = deep_name(ports, name, rest);
         let help = suggest(name, ports.iter().filter(reads).map(|port| port.name.as_str()));
-        return Err((Mistake::Name.of(format!("`{own}` has no input `{name}`")), help));
+        return Err((ErrorCode::Name.of(format!("`{own}` has no input `{name}`")), help));
     };
     let port = &ports[at];
     match port.direction {
@@ -89,23 +89,24 @@ fn input(
         Direction::Queue if field.is_empty() => {}
         Direction::Queue => {
             let message = format!("`{own}/{name}` takes whole values, and no fields of them");
-            return Err((Mistake::Ends.of(message), "link the whole, or make it a plain input".into()));
+            return Err((ErrorCode::Ends.of(message), "link the whole, or make it a plain input".into()));
         }
         Direction::Output | Direction::Debug => {
             let message = format!("`{path}` is an output, and a link names its destination first");
-            return Err((Mistake::Ends.of(message), format!("write \"{from}\" = \"/{path}\"")));
+            return Err((ErrorCode::Ends.of(message), format!("write \"{from}\" = \"/{path}\"")));
         }
         _ => {
             let message = format!("`{path}` is no input with values, as `{from}` has them");
-            return Err((Mistake::Ends.of(message), "link an input or a queue input".into()));
+            return Err((ErrorCode::Ends.of(message), "link an input or a queue input".into()));
         }
     }
     if !field.is_empty() {
-        let place = FieldPlace::find(port.descriptor, field)
-            .map_err(|NoField { message, help }| (Mistake::Name.of(format!("`/{path}`: {message}")), help))?;
+        let place = FieldPlace::find(port.descriptor, field).map_err(|NoField { message, help }| {
+            (ErrorCode::Name.of(format!("`/{path}`: {message}")), help)
+        })?;
         if place.may_be_missing() {
             let message = format!("`{path}` is an item of a list, which may be shorter");
-            return Err((Mistake::Ends.of(message), "link the whole list".into()));
+            return Err((ErrorCode::Ends.of(message), "link the whole list".into()));
         }
     }
     match attachment_refusal(survey, (module, at), path, &format!("`{from}`")) {
@@ -132,7 +133,7 @@ fn attachment_refusal(
     if binds(role) {
         let message = roles(path, role, from, ("", None));
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-        return Some((Mistake::Attachment.of(message), help.into()));
+        return Some((ErrorCode::Attachment.of(message), help.into()));
     }
     let origin = Provenance::Module;
     let block = Block::of(description)?;
@@ -140,8 +141,8 @@ fn attachment_refusal(
         return None;
     }
     let message = format!("{}: `/{path}` can't read {from}, which is of no block", block.reads());
-    let help = if role == FACT { FACT_HELP } else { block.advice(origin) };
-    Some((Mistake::Attachment.of(message), help.into()))
+    let help = if role == FACT { FACT_HELP } else { block.help(origin) };
+    Some((ErrorCode::Attachment.of(message), help.into()))
 }
 
 /// Checks the links that carry properties out.
@@ -161,7 +162,7 @@ pub(super) fn check_leaving(configuration: &Configuration, sources: &mut LinkSou
             None
         };
         if let Some((message, help)) = refusal {
-            sources.report(span, Mistake::Ends.of(message), help);
+            sources.report(span, ErrorCode::Ends.of(message), help);
         }
     }
 }

@@ -17,8 +17,8 @@ use crate::survey::block::{Block, PERCEPT, Provenance, binds};
 use crate::survey::names::{join, split_module};
 use crate::survey::origins::passed_by;
 use crate::survey::writers::writers;
-use crate::survey::{Absent, Implied, LinkConversion, LinkSource, ResolvedLink, Survey, Surveyed, Wire};
-use slate_configuration::{Configuration, Link, Message, Mistake, Span};
+use crate::survey::{Absent, Implied, LinkConversion, LinkEnd, LinkSource, ResolvedLink, Survey, Surveyed};
+use slate_configuration::{Configuration, ErrorCode, Link, Message, Span};
 
 /// Returns the interface of a link's source, if it is known before creation.
 fn interface_of(
@@ -51,7 +51,7 @@ fn interface_of(
     }
 }
 
-/// Error of a link: place, message and advice.
+/// Error of a link: place, message and help.
 type FitError = (Span, Message, String);
 
 /// Joins the source of a link with its port; `None` after an error.
@@ -65,8 +65,8 @@ pub(super) fn fit<'a>(
     collector: &mut DiagnosticCollector<'a>,
 ) -> Option<ResolvedLink<'a>> {
     let name = join(&target_name(configuration, survey, absent, source.target), &source.field);
-    match BothEnds::new(configuration, survey, link, sink, source, name).joint() {
-        Ok(joint) => Some(joint),
+    match BothEnds::new(configuration, survey, link, sink, source, name).resolved() {
+        Ok(resolved) => Some(resolved),
         Err((span, message, help)) => {
             collector.add(span, message, help);
             None
@@ -107,10 +107,10 @@ impl<'a, 's> BothEnds<'a, 's> {
         let TargetField { target, field: from, previous } = source;
         let previous = previous || link.previous;
         let description = &survey.modules[sink.module].description;
-        let (own, direction) = match sink.wire {
-            Wire::Port(port) => (description.ports[port].descriptor, description.ports[port].direction),
-            Wire::Enabled => (enabled_descriptor(), Direction::Input),
-            Wire::Params => (description.params, Direction::Input),
+        let (own, direction) = match sink.link_end {
+            LinkEnd::Port(port) => (description.ports[port].descriptor, description.ports[port].direction),
+            LinkEnd::Enabled => (enabled_descriptor(), Direction::Input),
+            LinkEnd::Params => (description.params, Direction::Input),
         };
         let (to, span) = (sink_name(survey, sink), sink.far(link).1);
         let interface = interface_of(configuration, survey, target);
@@ -131,7 +131,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         }
     }
 
-    fn joint(self) -> Result<ResolvedLink<'a>, FitError> {
+    fn resolved(self) -> Result<ResolvedLink<'a>, FitError> {
         self.check_directions()?;
         self.check_roles()?;
         let filter = self.filter()?;
@@ -141,7 +141,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let conversion = if is_plain { LinkConversion::Plain } else { self.conversion()? };
         Ok(ResolvedLink {
             link: self.link,
-            port: (self.sink.module, self.sink.wire),
+            port: (self.sink.module, self.sink.link_end),
             target: self.target,
             previous: self.previous,
             delayed: self.is_delayed(),
@@ -158,7 +158,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Refuses a link whose ends do not match.
     fn refuse<T>(&self, message: String, help: &str) -> Result<T, FitError> {
-        Err((self.span, Mistake::Ends.of(message), help.into()))
+        Err((self.span, ErrorCode::Ends.of(message), help.into()))
     }
 
     /// Returns whether the other end takes messages.
@@ -194,10 +194,10 @@ impl<'a, 's> BothEnds<'a, 's> {
         if sends && let Some((name, option)) = value_option(self.link) {
             let message = format!("`{name}` has no meaning for messages, which `{to}` sends");
             let help = "leave it out: it is about values that are read";
-            return Err((option, Mistake::Ends.of(message), help.into()));
+            return Err((option, ErrorCode::Ends.of(message), help.into()));
         }
         if matches!(self.target, LinkSource::Command(_)) && self.direction == Direction::Queue {
-            let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
+            let message = ErrorCode::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
         }
         if matches!(self.target, LinkSource::Gate(_)) && self.direction == Direction::Queue {
@@ -209,7 +209,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Checks that the roles of the ports allow the link.
     fn check_roles(&self) -> Result<(), FitError> {
-        let (Wire::Port(port), LinkSource::Port(module, other)) = (self.sink.wire, self.target) else {
+        let (LinkEnd::Port(port), LinkSource::Port(module, other)) = (self.sink.link_end, self.target) else {
             return Ok(());
         };
         let own = &self.surveyed().description.ports[port].role;
@@ -234,19 +234,19 @@ impl<'a, 's> BothEnds<'a, 's> {
                 "an Analyze reads another one only as a fact of Knowledge: `{}` can't read {from}, of an Analyze",
                 self.to
             );
-            let help = Block::Analyze.advice(Provenance::Block(Block::Analyze));
-            return Err((self.span, Mistake::Attachment.of(message), help.into()));
+            let help = Block::Analyze.help(Provenance::Block(Block::Analyze));
+            return Err((self.span, ErrorCode::Attachment.of(message), help.into()));
         }
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
         let message = roles(&self.to, own, &from, (other, source));
-        Err((self.span, Mistake::Attachment.of(message), help.into()))
+        Err((self.span, ErrorCode::Attachment.of(message), help.into()))
     }
 
     /// Returns the filter of the link, if it has one.
     fn filter(&self) -> Result<Option<Filter>, FitError> {
         filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
-            (span, Mistake::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
+            (span, ErrorCode::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
         })
     }
 
@@ -254,7 +254,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let policy = self.link.policy.as_ref().map(|policy| policy.span);
         match policy.or(self.link.window.as_ref().map(|window| window.span)) {
             Some(option) if self.direction != Direction::Queue => {
-                let message = Mistake::Ends.of(format!("`{}` is not a queue input", self.to));
+                let message = ErrorCode::Ends.of(format!("`{}` is not a queue input", self.to));
                 Err((option, message, "leave `policy` and `window` out".into()))
             }
             _ => Ok(()),
@@ -263,7 +263,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Returns whether both ends are named as wholes.
     fn is_whole(&self) -> bool {
-        self.sink.field.is_empty() && self.from.is_empty() && self.sink.wire != Wire::Params
+        self.sink.field.is_empty() && self.from.is_empty() && self.sink.link_end != LinkEnd::Params
     }
 
     /// Returns whether the port reads the property itself, without conversion.
@@ -278,7 +278,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         self.is_whole()
             && known
             && (!has_filter || self.direction == Direction::Queue)
-            && !(is_apart && self.direction != Direction::Outbox && self.sink.wire != Wire::Enabled)
+            && !(is_apart && self.direction != Direction::Outbox && self.sink.link_end != LinkEnd::Enabled)
     }
 
     /// Checks links that must carry whole values.
@@ -298,11 +298,11 @@ impl<'a, 's> BothEnds<'a, 's> {
             };
             return self.refuse(message, help);
         }
-        if self.sink.wire == Wire::Params && self.link.previous {
+        if self.sink.link_end == LinkEnd::Params && self.link.previous {
             let message = format!("`{to}` is a parameter, which has no last cycle");
             return self.refuse(message, "leave `previous` out");
         }
-        if self.sink.wire == Wire::Params && self.previous {
+        if self.sink.link_end == LinkEnd::Params && self.previous {
             let message = format!(
                 "`{to}` is a parameter, which has no last cycle, and the input that it is linked to has `previous`"
             );
@@ -325,14 +325,14 @@ impl<'a, 's> BothEnds<'a, 's> {
                 ),
             };
         };
-        let is_switch = self.sink.wire == Wire::Enabled;
+        let is_switch = self.sink.link_end == LinkEnd::Enabled;
         // A switch is named as a whole.
         let from = match self.from.as_str() {
             "" if is_switch && interface.hash == self.own.hash => "value",
             from => from,
         };
         let source_place = FieldPlace::find(interface, from).map_err(|NoField { message, help }| {
-            (self.span, Mistake::Name.of(format!("`/{}`: {message}", self.name)), help)
+            (self.span, ErrorCode::Name.of(format!("`/{}`: {message}", self.name)), help)
         })?;
         match Program::new(&source_place, &sink_place) {
             Ok(program) => {
@@ -355,7 +355,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Returns the part of the port that the link fills.
     fn sink_place(&self) -> Result<FieldPlace, FitError> {
-        let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
+        let field = if self.sink.link_end == LinkEnd::Enabled { "value" } else { &self.sink.field };
         match FieldPlace::find(self.own, field) {
             Ok(field) if !field.may_be_missing() => Ok(field),
             Ok(_) => self.refuse(
@@ -363,7 +363,7 @@ impl<'a, 's> BothEnds<'a, 's> {
                 "link the whole list",
             ),
             Err(NoField { message, help }) => {
-                Err((self.link.to.span, Mistake::Name.of(format!("`{}`: {message}", self.to)), help))
+                Err((self.link.to.span, ErrorCode::Name.of(format!("`{}`: {message}", self.to)), help))
             }
         }
     }
@@ -411,7 +411,7 @@ fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>
 fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
     let parameters = &survey.modules[sink.module].description.parameters;
     let parameter = parameters.iter().find(|parameter| parameter.name == sink.field)?;
-    if sink.wire == Wire::Params { parameter.range } else { None }
+    if sink.link_end == LinkEnd::Params { parameter.range } else { None }
 }
 
 /// Returns whether the source is written earlier in a cycle than a stage runs.

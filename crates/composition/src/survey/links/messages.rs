@@ -1,7 +1,7 @@
 //! Messages about ends of a link that do not fit.
 
 use slate_blackboard::interface::{Descriptor, difference};
-use slate_configuration::{Message, Mistake};
+use slate_configuration::{ErrorCode, Message};
 
 use crate::survey::block::Block;
 
@@ -9,9 +9,9 @@ use crate::survey::block::Block;
 pub(super) const LINK_RULE: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
 
-/// Returns the error and the advice for a command that did not pass a gate.
+/// Returns the error and the help for a command that did not pass a gate.
 pub fn ungated_command(path: &str) -> (Message, &'static str) {
-    let message = Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
+    let message = ErrorCode::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
     (message, "link to the command that passed its gate: `<actuator>/command`")
 }
 
@@ -35,8 +35,8 @@ pub(super) fn roles(to: &str, own: &str, from: &str, (other, block): (&str, Opti
     let what = match other {
         "" if let Some(block) = block => format!("an output of {}", block.name()),
         "measurement" => "a measurement of a Sensor".to_owned(),
-        "percept" => "what a Monitor tells".to_owned(),
-        "change" => "what an Analyze tells".to_owned(),
+        "percept" => "a Monitor's output".to_owned(),
+        "change" => "an Analyze's output".to_owned(),
         "plan" => "an Execute's inbox of plans".to_owned(),
         "reflex" => "an Execute's inbox of reflexes".to_owned(),
         "" => "a plain value, such as a simulator's or a driver's".to_owned(),

@@ -1,5 +1,5 @@
 //! Links to other agents.
-//! A mistake at the other end makes a link wait, as that end may change.
+//! An error at the other end makes a link wait, as that end may change.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use crate::RemotePath;
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
 use crate::link::FieldPlace;
-use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire, rules};
-use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
+use crate::survey::{LinkConversion, LinkEnd, LinkMismatch, LinkSource, Remote, ResolvedLink, Survey, rules};
+use slate_configuration::{Compression, Configuration, ErrorCode, Link, TEAM};
 
 /// Returns the other agent that a link leads to, if any.
 pub(super) fn agent(configuration: &Configuration, link: &Link) -> Option<String> {
@@ -32,15 +32,15 @@ pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
 
 /// Returns the misfit of a link whose carrier differs from the agent's actual one.
 /// The link waits while it names another carrier.
-pub fn carrier_misfit(configuration: &Configuration, link: &Link) -> Option<Misfit> {
+pub fn carrier_mismatch(configuration: &Configuration, link: &Link) -> Option<LinkMismatch> {
     let agent = agent(configuration, link).filter(|agent| agent != TEAM)?;
     let carrier = &link.transport.carrier.as_ref()?.value;
     let endpoint = configuration.endpoint_of(&agent);
     let used = endpoint.split(':').next().unwrap_or_default();
-    (used != carrier).then(|| Misfit {
+    (used != carrier).then(|| LinkMismatch {
         message: format!("agent `{agent}` is at {endpoint}, and not by `{carrier}`"),
         help: format!(
-            "leave `carrier` out, or say where the agent is: share.agents.{agent}.at = \"{carrier}:...\""
+            "leave `carrier` out, or set the agent's address: share.agents.{agent}.at = \"{carrier}:...\""
         ),
     })
 }
@@ -71,15 +71,15 @@ impl Remote {
 }
 
 /// Resolves a link; it waits if it does not match the other end.
-pub(super) fn joint<'a>(
+pub(super) fn resolved<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
     link: &'a Link,
     sink: &LinkSink,
     collector: &mut DiagnosticCollector<'a>,
-) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
+) -> (Option<ResolvedLink<'a>>, Option<LinkMismatch>) {
     let remote = RemoteLink::checked(configuration, survey, link, sink, collector);
-    remote.map_or((None, None), |remote| remote.joint(collector))
+    remote.map_or((None, None), |remote| remote.resolved(collector))
 }
 
 /// Link to another agent that passes the checks of this end.
@@ -95,7 +95,7 @@ struct RemoteLink<'a, 's> {
 
 impl<'a, 's> RemoteLink<'a, 's> {
     /// Checks a link to another agent; `None` after an error.
-    /// Errors are about mistakes that do not depend on the other end.
+    /// Errors are about errors that do not depend on the other end.
     fn checked(
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
@@ -105,7 +105,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
     ) -> Option<Self> {
         let wanted = path(configuration, link)?;
         let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
-            let message = Mistake::OtherAgent
+            let message = ErrorCode::OtherAgent
                 .of(format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent));
             let help = format!(
                 "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
@@ -130,8 +130,9 @@ impl<'a, 's> RemoteLink<'a, 's> {
             && !survey.carriers.contains(&carrier.value)
         {
             let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
-            let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
-            collector.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+            let message =
+                ErrorCode::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
+            collector.add(carrier.span, message, format!("available: {}", known.join(", ")));
             return false;
         }
         if let Some(compression) = &transport.compression
@@ -145,24 +146,27 @@ impl<'a, 's> RemoteLink<'a, 's> {
         true
     }
 
-    fn joint(&self, collector: &mut DiagnosticCollector<'a>) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
-        let direction = match self.sink.wire {
-            Wire::Port(port) => self.survey.modules[self.sink.module].description.ports[port].direction,
-            Wire::Enabled | Wire::Params => Direction::Input,
+    fn resolved(
+        &self,
+        collector: &mut DiagnosticCollector<'a>,
+    ) -> (Option<ResolvedLink<'a>>, Option<LinkMismatch>) {
+        let direction = match self.sink.link_end {
+            LinkEnd::Port(port) => self.survey.modules[self.sink.module].description.ports[port].direction,
+            LinkEnd::Enabled | LinkEnd::Params => Direction::Input,
         };
         let is_known = self.survey.remote[self.index].property.is_some();
-        let misfit = carrier_misfit(self.configuration, self.link);
+        let mismatch = carrier_mismatch(self.configuration, self.link);
         match direction {
-            Direction::Queue if misfit.is_some() => (None, misfit),
+            Direction::Queue if mismatch.is_some() => (None, mismatch),
             // A queue without a link gets nothing, which is what a queue gets that waits for one.
             Direction::Queue if !is_known => (None, None),
             Direction::Outbox => {
-                let joint = self.fitted("", collector);
+                let resolved = self.fitted("", collector);
                 // Messages are not sent by another carrier than the one that is meant.
-                if misfit.is_some() { (None, joint.and(misfit)) } else { (joint, None) }
+                if mismatch.is_some() { (None, resolved.and(mismatch)) } else { (resolved, None) }
             }
-            _ if misfit.is_some() && self.waiting().is_some() => (self.waiting(), misfit),
-            // A mistake at this end is reported, whatever is at the other one.
+            _ if mismatch.is_some() && self.waiting().is_some() => (self.waiting(), mismatch),
+            // An error at this end is reported, whatever is at the other one.
             _ if !is_known || self.waiting().is_none() => {
                 (self.fitted("", collector).and_then(|_| self.waiting()), None)
             }
@@ -175,28 +179,28 @@ impl<'a, 's> RemoteLink<'a, 's> {
         &self,
         direction: Direction,
         collector: &mut DiagnosticCollector<'a>,
-    ) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
+    ) -> (Option<ResolvedLink<'a>>, Option<LinkMismatch>) {
         let before = collector.diagnostics.len();
         let field = self.survey.remote[self.index].field().unwrap_or_default();
-        if let Some(joint) = self.fitted(field, collector) {
-            return match self.against_rules(&joint) {
-                Some(misfit) if direction == Direction::Queue => (None, Some(misfit)),
-                Some(misfit) => (self.waiting(), Some(misfit)),
-                None => (Some(joint), None),
+        if let Some(resolved) = self.fitted(field, collector) {
+            return match self.against_rules(&resolved) {
+                Some(mismatch) if direction == Direction::Queue => (None, Some(mismatch)),
+                Some(mismatch) => (self.waiting(), Some(mismatch)),
+                None => (Some(resolved), None),
             };
         }
         let refusals: Vec<_> = collector.diagnostics.drain(before..).collect();
-        let misfit = refusals.first().map(|diagnostic| Misfit {
+        let mismatch = refusals.first().map(|diagnostic| LinkMismatch {
             message: diagnostic.message().replace("`//", "`slate://"),
             help: diagnostic.help_text().unwrap_or_default().to_owned(),
         });
-        (if direction == Direction::Queue { None } else { self.waiting() }, misfit)
+        (if direction == Direction::Queue { None } else { self.waiting() }, mismatch)
     }
 
     /// Returns the misfit of a link that bypasses the architecture.
-    fn against_rules(&self, joint: &ResolvedLink<'a>) -> Option<Misfit> {
-        let (_, message, help) = rules::refusal(self.configuration, self.survey, joint)?;
-        Some(Misfit { message: message.replace("`//", "`slate://"), help })
+    fn against_rules(&self, resolved: &ResolvedLink<'a>) -> Option<LinkMismatch> {
+        let (_, message, help) = rules::refusal(self.configuration, self.survey, resolved)?;
+        Some(LinkMismatch { message: message.replace("`//", "`slate://"), help })
     }
 
     /// Returns the link to a field of the property, if both ends match.
@@ -209,16 +213,16 @@ impl<'a, 's> RemoteLink<'a, 's> {
     /// `None` if the port has no such field.
     fn waiting(&self) -> Option<ResolvedLink<'a>> {
         let description = &self.survey.modules[self.sink.module].description;
-        let descriptor = match self.sink.wire {
-            Wire::Port(port) => description.ports[port].descriptor,
-            Wire::Enabled => crate::parameters::enabled_descriptor(),
-            Wire::Params => description.params,
+        let descriptor = match self.sink.link_end {
+            LinkEnd::Port(port) => description.ports[port].descriptor,
+            LinkEnd::Enabled => crate::parameters::enabled_descriptor(),
+            LinkEnd::Params => description.params,
         };
-        let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
+        let field = if self.sink.link_end == LinkEnd::Enabled { "value" } else { &self.sink.field };
         let target = FieldPlace::find(descriptor, field).ok()?;
         Some(ResolvedLink {
             link: self.link,
-            port: (self.sink.module, self.sink.wire),
+            port: (self.sink.module, self.sink.link_end),
             target: LinkSource::Remote(self.index),
             from: String::new(),
             field: self.sink.field.clone(),
@@ -239,7 +243,7 @@ fn is_team_link<'a>(
     survey: &Survey<'a>,
     collector: &mut DiagnosticCollector<'a>,
 ) -> bool {
-    let is_outbox = matches!(sink.wire, Wire::Port(port)
+    let is_outbox = matches!(sink.link_end, LinkEnd::Port(port)
         if survey.modules[sink.module].description.ports[port].direction == Direction::Outbox);
     let (message, help) = if configuration.share().is_none_or(|share| share.knowledge.is_none()) {
         ("this agent takes part in no team", "add a section [share.knowledge], which may be empty")
@@ -249,6 +253,6 @@ fn is_team_link<'a>(
         return true;
     };
     let (far, span) = sink.far(link);
-    collector.add(span, Mistake::OtherAgent.of(format!("`{far}`: {message}")), help);
+    collector.add(span, ErrorCode::OtherAgent.of(format!("`{far}`: {message}")), help);
     false
 }

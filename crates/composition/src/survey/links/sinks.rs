@@ -7,14 +7,14 @@ use slate_module::{Direction, PortDescription};
 use super::missing_slash::without_slash;
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, owner, split_module, split_port};
-use crate::survey::{Survey, Wire};
-use slate_configuration::{Configuration, Link, Message, Mistake, Span};
+use crate::survey::{LinkEnd, Survey};
+use slate_configuration::{Configuration, ErrorCode, Link, Message, Span};
 
 /// End of a link in this agent: an input, a field of one, or an outbox.
 #[derive(Clone, Debug)]
 pub(super) struct LinkSink {
     pub module: usize,
-    pub wire: Wire,
+    pub link_end: LinkEnd,
     pub field: String,
     /// Flag of an outbox: the link leads from it to an inbox.
     pub sends: bool,
@@ -55,20 +55,20 @@ pub(super) fn sink<'a>(
         return None;
     };
     let (name, field) = split_port(&modules[module].description.ports, rest);
-    let sink = |wire| Some(LinkSink { module, wire, field: field.to_owned(), sends: false });
+    let sink = |link_end| Some(LinkSink { module, link_end, field: field.to_owned(), sends: false });
     let own = &modules[module].module.name.value;
     match name {
         "enabled" if matches!(field, "" | "value") => {
-            return Some(LinkSink { module, wire: Wire::Enabled, field: String::new(), sends: false });
+            return Some(LinkSink { module, link_end: LinkEnd::Enabled, field: String::new(), sends: false });
         }
-        "params" if !field.is_empty() => return sink(Wire::Params),
+        "params" if !field.is_empty() => return sink(LinkEnd::Params),
         "params" => {
             let names =
                 modules[module].description.parameters.iter().map(|parameter| parameter.name.as_str());
             let help = format!("link one of them: {}", names.collect::<Vec<_>>().join(", "));
             collector.add(
                 link.to.span,
-                Mistake::Ends.of(format!("`{to}` is all parameters of `{own}`")),
+                ErrorCode::Ends.of(format!("`{to}` is all parameters of `{own}`")),
                 help,
             );
             return None;
@@ -82,7 +82,7 @@ pub(super) fn sink<'a>(
     let Some(at) = ports.iter().position(|port| port.name == name) else {
         let name = deep_name(ports, name, rest);
         let help = suggest(name, ports.iter().filter(linkable).map(|port| port.name.as_str()));
-        collector.add(link.to.span, Mistake::Name.of(format!("`{own}` has no port `{name}`")), help);
+        collector.add(link.to.span, ErrorCode::Name.of(format!("`{own}` has no port `{name}`")), help);
         return None;
     };
     if ports[at].direction == Direction::Inbox && field.is_empty() {
@@ -90,7 +90,7 @@ pub(super) fn sink<'a>(
     }
     let (message, help) = match &ports[at] {
         port if port.direction == Direction::Input || linkable(&port) && field.is_empty() => {
-            return sink(Wire::Port(at));
+            return sink(LinkEnd::Port(at));
         }
         port if linkable(&port) => (
             format!("`{own}/{name}` takes whole values, and no fields of them"),
@@ -103,22 +103,22 @@ pub(super) fn sink<'a>(
             (message, format!("write {}", swapped_line(configuration, survey, link)))
         }
     };
-    collector.add(link.to.span, Mistake::Ends.of(message), help);
+    collector.add(link.to.span, ErrorCode::Ends.of(message), help);
     None
 }
 
-/// Returns the error and the advice for a destination that belongs to no module.
+/// Returns the error and the help for a destination that belongs to no module.
 fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> (Message, String) {
     let to = &link.to.value;
     let is_of = |name: &str| to.strip_prefix(name) == Some("/command");
     if configuration.actuators().iter().any(|actuator| is_of(&actuator.name.value)) {
         let message = format!("`{to}` is the command of an actuator, and a link names its destination first");
         let right = swapped_line(configuration, survey, link);
-        return (Mistake::Ends.of(message), format!("destination = source: did you mean {right}?"));
+        return (ErrorCode::Ends.of(message), format!("destination = source: did you mean {right}?"));
     }
     let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
     let help = without_slash(configuration, survey, link.to.span, to).unwrap_or_else(|| suggest(to, names));
-    (Mistake::Name.of(format!("no module owns `{to}`")), help)
+    (ErrorCode::Name.of(format!("no module owns `{to}`")), help)
 }
 
 /// Returns the outbox whose messages an inbox takes.
@@ -135,14 +135,14 @@ fn sender<'a>(
         let message = format!("`{to}` belongs to agent `{other}`, and `{from}` to agent `{agent}`");
         let help =
             format!("a link belongs to the agent that reads or sends: --agent {other}, or --agent {agent}");
-        collector.add(span, Mistake::OtherAgent.of(message), help);
+        collector.add(span, ErrorCode::OtherAgent.of(message), help);
         return None;
     }
     if let Some(agent) = from.agent() {
         let message = format!("`{to}` is an inbox, and its sender belongs to agent `{agent}`");
         let help =
             format!("write the link in the configuration of `{agent}`, with this agent's inbox in front");
-        collector.add(span, Mistake::OtherAgent.of(message), help);
+        collector.add(span, ErrorCode::OtherAgent.of(message), help);
         return None;
     }
     let refusal = match outbox(survey, link) {
@@ -156,19 +156,19 @@ fn sender<'a>(
 }
 
 /// Returns the outbox that a link names as its source.
-/// The error names the port found instead and gives advice.
+/// The error names the port found instead and gives help.
 fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String)> {
     let (to, path) = (&link.to.value, link.from.value.path_in(""));
     let Some((module, rest)) = split_module(&survey.modules, &path) else {
         let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
-        return Err((Mistake::Name.of(format!("nothing is called `/{path}`")), suggest(&path, names)));
+        return Err((ErrorCode::Name.of(format!("nothing is called `/{path}`")), suggest(&path, names)));
     };
     let ports = &survey.modules[module].description.ports;
     let (name, field) = split_port(ports, rest);
     let outboxes = || ports.iter().filter(|port| port.direction == Direction::Outbox);
     match ports.iter().position(|port| port.name == name) {
         Some(port) if ports[port].direction == Direction::Outbox && field.is_empty() => {
-            Ok(LinkSink { module, wire: Wire::Port(port), field: String::new(), sends: true })
+            Ok(LinkSink { module, link_end: LinkEnd::Port(port), field: String::new(), sends: true })
         }
         Some(_) => {
             let inbox = link.destination().filter(|url| url.agent().is_some());
@@ -177,18 +177,18 @@ fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String
                     let message =
                         format!("`{to}` belongs to agent `{agent}`, and `/{path}` is not an outbox");
                     let help = "write the link in the configuration of that agent; only messages are sent there from here";
-                    (Mistake::OtherAgent.of(message), help.into())
+                    (ErrorCode::OtherAgent.of(message), help.into())
                 }
                 None => {
                     let message = format!("`{to}` receives messages, but `/{path}` is a value");
-                    (Mistake::Ends.of(message), "link an outbox to an inbox".into())
+                    (ErrorCode::Ends.of(message), "link an outbox to an inbox".into())
                 }
             })
         }
         None => {
             let own = &survey.modules[module].module.name.value;
             let help = suggest(name, outboxes().map(|port| port.name.as_str()));
-            Err((Mistake::Name.of(format!("`{own}` has no outbox `{name}`")), help))
+            Err((ErrorCode::Name.of(format!("`{own}` has no outbox `{name}`")), help))
         }
     }
 }

@@ -12,8 +12,10 @@ use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
-use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire, block};
-use slate_configuration::{Configuration, Link, Message, Mistake, Span};
+use crate::survey::{
+    Absent, Host, Implied, LinkEnd, LinkMismatch, LinkSource, ResolvedLink, Survey, Surveyed, block,
+};
+use slate_configuration::{Configuration, ErrorCode, Link, Message, Span};
 
 pub(super) struct LinkSources<'s, 'a> {
     configuration: &'a Configuration,
@@ -21,15 +23,15 @@ pub(super) struct LinkSources<'s, 'a> {
     survey: &'s Survey<'a>,
     sinks: &'s [Option<LinkSink>],
     collector: &'s mut DiagnosticCollector<'a>,
-    found: Vec<JointState<'a>>,
+    found: Vec<LinkState<'a>>,
     /// Links being followed, outermost first.
     followed: Vec<usize>,
     pub absent: Vec<Absent>,
-    pub misfits: BTreeMap<String, Misfit>,
+    pub mismatches: BTreeMap<String, LinkMismatch>,
 }
 
 #[derive(Clone)]
-enum JointState<'a> {
+enum LinkState<'a> {
     Unresolved,
     /// Link that was resolved; `None` after an error.
     ResolvedLink(Option<ResolvedLink<'a>>),
@@ -43,7 +45,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         sinks: &'s [Option<LinkSink>],
         collector: &'s mut DiagnosticCollector<'a>,
     ) -> Self {
-        let found = vec![JointState::Unresolved; sinks.len()];
+        let found = vec![LinkState::Unresolved; sinks.len()];
         Self {
             configuration,
             dormant,
@@ -53,7 +55,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             found,
             followed: Vec::new(),
             absent: Vec::new(),
-            misfits: BTreeMap::new(),
+            mismatches: BTreeMap::new(),
         }
     }
 
@@ -62,24 +64,24 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     }
 
     /// Resolves a link; `None` after an error.
-    pub fn joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
-        if let JointState::ResolvedLink(joint) = &self.found[link] {
-            return joint.clone();
+    pub fn resolve_link(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
+        if let LinkState::ResolvedLink(resolved) = &self.found[link] {
+            return resolved.clone();
         }
         if let Some(at) = self.followed.iter().position(|followed| *followed == link) {
             self.report_cycle(at);
             return None;
         }
         self.followed.push(link);
-        let joint = self.new_joint(link);
+        let resolved = self.resolve_new(link);
         self.followed.pop();
         // Once more when a circle led here: it was reported then.
-        if let JointState::Unresolved = self.found[link] {
-            self.found[link] = JointState::ResolvedLink(joint);
+        if let LinkState::Unresolved = self.found[link] {
+            self.found[link] = LinkState::ResolvedLink(resolved);
         }
         match &self.found[link] {
-            JointState::ResolvedLink(joint) => joint.clone(),
-            JointState::Unresolved => None,
+            LinkState::ResolvedLink(resolved) => resolved.clone(),
+            LinkState::Unresolved => None,
         }
     }
 
@@ -89,21 +91,22 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.followed[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
         names.extend(names.first().copied());
         let span = links[self.followed[at]].from.span;
-        let message = Mistake::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
+        let message = ErrorCode::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
         self.collector.add(span, message, "link one of them to an output");
         for link in self.followed[at..].iter().copied() {
-            self.found[link] = JointState::ResolvedLink(None);
+            self.found[link] = LinkState::ResolvedLink(None);
         }
     }
 
-    fn new_joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
+    fn resolve_new(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
         let sink = self.sinks[link].as_ref()?;
         let link = &self.configuration.links()[link];
         let (far, span) = sink.far(link);
         if remote::agent(self.configuration, link).is_some() {
-            let (joint, misfit) = remote::joint(self.configuration, self.survey, link, sink, self.collector);
-            self.misfits.extend(misfit.map(|misfit| (link.to.value.clone(), misfit)));
-            return joint;
+            let (resolved, mismatch) =
+                remote::resolved(self.configuration, self.survey, link, sink, self.collector);
+            self.mismatches.extend(mismatch.map(|mismatch| (link.to.value.clone(), mismatch)));
+            return resolved;
         }
         if !self.is_own(link, &far) {
             return None;
@@ -124,7 +127,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             transport.compression.as_ref().map(|option| ("compression", option.span)),
         ];
         for (name, span) in options.iter().flatten() {
-            let message = Mistake::Ends.of(format!("`{name}` has no meaning here: `{far}` is of this agent"));
+            let message =
+                ErrorCode::Ends.of(format!("`{name}` has no meaning here: `{far}` is of this agent"));
             let help = "leave it out, or read a property of another agent: slate://agent/module/property";
             self.collector.add(*span, message, help);
         }
@@ -164,7 +168,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let field = field.to_owned();
         if let Some(implied) = Implied::of(name) {
             if implied == Implied::Enabled
-                && let Some(source) = self.follow(span, module, Wire::Enabled, &field)
+                && let Some(source) = self.follow(span, module, LinkEnd::Enabled, &field)
             {
                 return source;
             }
@@ -181,7 +185,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             let help = without_slash(self.configuration, self.survey, span, path)
                 .unwrap_or_else(|| suggest(name, names()));
             let own = &self.modules()[module].module.name.value;
-            self.collector.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
+            self.collector.add(span, ErrorCode::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;
         };
         self.resolve_port(span, path, (module, at), field)
@@ -206,7 +210,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let names: Vec<_> = modules.chain(gates).chain(hosts).chain(played).collect();
         let help = without_slash(self.configuration, self.survey, span, path)
             .unwrap_or_else(|| suggest(path, names.iter().copied()));
-        self.collector.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
+        self.collector.add(span, ErrorCode::Name.of(format!("nothing is called `/{path}`")), help);
         None
     }
 
@@ -220,7 +224,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     ) -> Option<TargetField> {
         let (message, help) = match self.modules()[module].description.ports[at].direction {
             Direction::Input | Direction::Queue => {
-                return match self.follow(span, module, Wire::Port(at), &field) {
+                return match self.follow(span, module, LinkEnd::Port(at), &field) {
                     Some(source) => source,
                     None => Some(TargetField::new(LinkSource::Port(module, at), field)),
                 };
@@ -230,10 +234,10 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             }
             Direction::Command => ungated_command(path),
             Direction::Aspect | Direction::Provider => {
-                (Mistake::Ends.of(format!("`/{path}` is a service")), SERVICE)
+                (ErrorCode::Ends.of(format!("`/{path}` is a service")), SERVICE)
             }
             Direction::Outbox => (
-                Mistake::Ends.of(format!("`/{path}` sends messages")),
+                ErrorCode::Ends.of(format!("`/{path}` sends messages")),
                 "write it as the source of an inbox: \"receiver/inbox\" = \"sender/outbox\"",
             ),
         };
@@ -243,41 +247,47 @@ impl<'s, 'a> LinkSources<'s, 'a> {
 
     /// Follows the link of another input to its source.
     /// Only if that input is linked as a whole to a value of its own type; else its own values are meant.
-    fn follow(&mut self, span: Span, module: usize, wire: Wire, field: &str) -> Option<Option<TargetField>> {
+    fn follow(
+        &mut self,
+        span: Span,
+        module: usize,
+        link_end: LinkEnd,
+        field: &str,
+    ) -> Option<Option<TargetField>> {
         let is_it = |sink: &Option<LinkSink>| {
-            sink.as_ref().is_some_and(|sink| (sink.module, sink.wire) == (module, wire))
+            sink.as_ref().is_some_and(|sink| (sink.module, sink.link_end) == (module, link_end))
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| is_it(&self.sinks[*link])).collect();
         let mut plain = None;
         for link in links {
             // Also to find circles of links to parts.
-            match self.joint(link) {
-                Some(joint) if joint.is_plain() => plain = Some(joint),
+            match self.resolve_link(link) {
+                Some(resolved) if resolved.is_plain() => plain = Some(resolved),
                 Some(_) => {}
                 None => return Some(None),
             }
         }
-        let joint = plain?;
-        if joint.filter.is_some() {
-            self.refuse_filtered(span, module, wire, &joint);
+        let resolved = plain?;
+        if resolved.filter.is_some() {
+            self.refuse_filtered(span, module, link_end, &resolved);
             return Some(None);
         }
         // A fact is read from its origin; `previous` is about Knowledge alone. So it is with a percept that a Monitor hands on.
-        let is_passed = matches!(wire, Wire::Port(port) if {
+        let is_passed = matches!(link_end, LinkEnd::Port(port) if {
             let port = &self.modules()[module].description.ports[port];
             block::is_fact(port) || block::is_handed_on(port)
         });
-        let previous = joint.previous && !is_passed;
-        Some(Some(TargetField { target: joint.target, field: join(&joint.from, field), previous }))
+        let previous = resolved.previous && !is_passed;
+        Some(Some(TargetField { target: resolved.target, field: join(&resolved.from, field), previous }))
     }
 
     /// Refuses a link to a queue with a filter, as no property has the filtered values.
-    fn refuse_filtered(&mut self, span: Span, module: usize, wire: Wire, joint: &ResolvedLink<'a>) {
-        let queue = self.survey.wire_path(module, wire);
-        let source = ends::target_name(self.configuration, self.survey, &self.absent, joint.target);
+    fn refuse_filtered(&mut self, span: Span, module: usize, link_end: LinkEnd, resolved: &ResolvedLink<'a>) {
+        let queue = self.survey.end_path(module, link_end);
+        let source = ends::target_name(self.configuration, self.survey, &self.absent, resolved.target);
         let message = format!("`/{queue}` takes only some values of `/{source}`, by the filter of its link");
         let help = format!("link to `/{source}`, with the same filter if it is wanted");
-        self.collector.add(span, Mistake::Ends.of(message), help);
+        self.collector.add(span, ErrorCode::Ends.of(message), help);
     }
 
     /// Returns whether the links to parameters of a module do not lead back to them.
@@ -285,12 +295,12 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     fn is_acyclic(&mut self, module: usize, field: &str) -> bool {
         let meets = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| {
-                (sink.module, sink.wire) == (module, Wire::Params)
+                (sink.module, sink.link_end) == (module, LinkEnd::Params)
                     && (is_within(&sink.field, field) || is_within(field, &sink.field))
             })
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| meets(&self.sinks[*link])).collect();
-        links.into_iter().all(|link| self.joint(link).is_some())
+        links.into_iter().all(|link| self.resolve_link(link).is_some())
     }
 
     fn resolve_actuator(&self, path: &str) -> Option<TargetField> {

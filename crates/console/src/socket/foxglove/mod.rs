@@ -436,7 +436,7 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
         let mut bytes = vec![1];
         bytes.extend(id.to_le_bytes());
         bytes.extend(sample.stamp.time.to_le_bytes());
-        // A value that can't be told is left out; another one may be.
+        // A value that can't be encoded is left out; a later one may be possible.
         subscription.format.encode(&sample, &subscription.frame, &mut bytes).ok().map(|()| bytes)
     };
     samples.unwrap_or_default().into_iter().filter_map(message).collect()

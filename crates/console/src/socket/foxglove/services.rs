@@ -80,7 +80,7 @@ fn carry_out(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Result<Js
             needed.with_article()
         ));
     }
-    // What comes with a stop is no reason not to stop.
+    // Invalid arguments never prevent a stop.
     let body: Json = serde_json::from_slice(&call.payload).unwrap_or_default();
     if name != STOP && call.encoding != "json" {
         return Err(format!("the call is in `{}`; only json is taken", call.encoding));

@@ -6,35 +6,31 @@ use slate_module::Level;
 
 use super::{LogTarget, Record, level_name};
 
-/// Standard error; in colour on a terminal, unless `NO_COLOR` is set.
+/// Standard error; in color on a terminal, unless `NO_COLOR` is set.
 #[derive(Debug, Default)]
 pub struct ConsoleTarget;
 
-static IS_COLOURED: LazyLock<bool> = LazyLock::new(|| {
+static IS_COLORED: LazyLock<bool> = LazyLock::new(|| {
     let variable = |name| std::env::var_os(name);
-    wants_colour(
-        std::io::stderr().is_terminal(),
-        variable("NO_COLOR").as_deref(),
-        variable("TERM").as_deref(),
-    )
+    wants_color(std::io::stderr().is_terminal(), variable("NO_COLOR").as_deref(), variable("TERM").as_deref())
 });
 
 impl LogTarget for ConsoleTarget {
     fn write(&mut self, record: &Record) {
-        let line = if *IS_COLOURED { coloured(record) } else { format!("{record}\n") };
+        let line = if *IS_COLORED { colored(record) } else { format!("{record}\n") };
         // In one piece, so that lines of other threads don't come between; a closed stream is ignored.
         let _ = std::io::stderr().write_all(line.as_bytes());
     }
 }
 
-/// Returns true if the output may be coloured, as <https://no-color.org> defines.
-/// Any value of `NO_COLOR` but the empty one disables colour.
-fn wants_colour(terminal: bool, no_color: Option<&OsStr>, term: Option<&OsStr>) -> bool {
+/// Returns true if the output may be colored, as <https://no-color.org> defines.
+/// Any value of `NO_COLOR` but the empty one disables color.
+fn wants_color(terminal: bool, no_color: Option<&OsStr>, term: Option<&OsStr>) -> bool {
     terminal && no_color.is_none_or(OsStr::is_empty) && term.is_none_or(|term| term != "dumb")
 }
 
-fn coloured(record: &Record) -> String {
-    let colour = match record.level {
+fn colored(record: &Record) -> String {
+    let color = match record.level {
         Level::Error => "\x1b[31m",
         Level::Warn => "\x1b[33m",
         Level::Info => "\x1b[32m",
@@ -42,7 +38,7 @@ fn coloured(record: &Record) -> String {
         Level::Trace => "\x1b[2m",
     };
     let (time, level) = (record.time as f64 * 1e-9, level_name(record.level));
-    format!("{time:10.3} {colour}{level:5}\x1b[0m \x1b[1m{}\x1b[0m: {}\n", record.module, record.message())
+    format!("{time:10.3} {color}{level:5}\x1b[0m \x1b[1m{}\x1b[0m: {}\n", record.module, record.message())
 }
 
 #[cfg(test)]
@@ -52,19 +48,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colour_is_for_terminals_that_want_it() {
+    fn color_is_for_terminals_that_want_it() {
         let xterm = Some(OsStr::new("xterm"));
-        assert!(wants_colour(true, None, xterm) && wants_colour(true, Some(OsStr::new("")), xterm));
-        assert!(!wants_colour(false, None, xterm));
-        assert!(!wants_colour(true, Some(OsStr::new("0")), xterm));
-        assert!(!wants_colour(true, None, Some(OsStr::new("dumb"))));
+        assert!(wants_color(true, None, xterm) && wants_color(true, Some(OsStr::new("")), xterm));
+        assert!(!wants_color(false, None, xterm));
+        assert!(!wants_color(true, Some(OsStr::new("0")), xterm));
+        assert!(!wants_color(true, None, Some(OsStr::new("dumb"))));
     }
 
     #[test]
-    fn colour_adds_nothing_but_colour() {
+    fn color_adds_nothing_but_color() {
         let mut record = Record::new(1_500_000_000, Level::Warn, &Arc::from("r2/planner"), "no way\x1b[2J");
         record.fields.push(("goal".into(), "door".into()));
-        let mut plain = coloured(&record);
+        let mut plain = colored(&record);
         for code in ["\x1b[33m", "\x1b[1m", "\x1b[0m"] {
             plain = plain.replace(code, "");
         }

@@ -17,7 +17,7 @@ pub struct Rotation {
 /// Log file with a line for each record, rotated when full.
 /// A full file becomes `<path>.1`, the older one `<path>.2`, and so on.
 ///
-/// A full disk stops the file, not the robot: the log says so once, and the file goes on when there is space again.
+/// A full disk stops the file, not the robot: the log says so once, and the file continues when there is space again.
 #[derive(Debug)]
 pub struct FileTarget {
     path: PathBuf,

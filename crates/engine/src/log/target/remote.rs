@@ -11,8 +11,8 @@ use super::{LogTarget, Record};
 /// Log target for subscribers over TCP.
 /// Each receives every line from its connection on, as JSON, one object a line.
 ///
-/// A subscriber that reads too slowly, or not at all, loses lines and receives their number; it delays nobody.
-/// Everybody who reaches the address can read the log, so it should be one of this computer or of a trusted network.
+/// A subscriber that reads too slowly, or not at all, loses lines and receives their number; it delays no other subscriber.
+/// Every program that reaches the address can read the log, so it should be one of this computer or of a trusted network.
 #[derive(Debug)]
 pub struct RemoteTarget {
     listener: TcpListener,
@@ -98,7 +98,7 @@ impl Subscriber {
     /// # Errors
     /// When the subscriber is gone.
     fn take(&mut self, line: &str, time: u64) -> io::Result<()> {
-        // What it says means nothing, but unread it would make the system throw away the last lines at the end.
+        // Its data is ignored, but unread data would make the system discard the last lines at the end.
         let _ = self.stream.read(&mut [0; 1024]);
         self.flush()?;
         if self.waiting.len() > BUFFER_LIMIT {

@@ -12,7 +12,7 @@ use super::{LogTarget, Record};
 
 /// Syslog of this computer or of another one.
 ///
-/// One that can't be reached is said once and tried again with every line. Over UDP nobody can tell whether a line
+/// An unreachable one is reported once and retried with every line. UDP does not report whether a line
 /// arrived, only that the network is down.
 #[derive(Debug)]
 pub struct SyslogTarget {

@@ -60,7 +60,7 @@ impl Follower {
             }
             // Only a recorder in lockstep may hold a writer up; the next state comes with the next step.
             let _ = self.writer.write(View::of(&mut state).bytes(), 0, snapshot.now);
-            // There is room for as many as there are.
+            // The capacity is the number of ports.
             let _ = shared.free.push(snapshot);
         }
         // It ends here, where a call that hangs delays no other thread.

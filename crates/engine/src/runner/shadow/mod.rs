@@ -105,7 +105,7 @@ impl Shadow {
             new: Mutex::new(Some(ShadowCode { code: new, state: None })),
         });
         for _ in 0..STEP_LAG_LIMIT {
-            // There is room for as many.
+            // The capacity suffices.
             let _ = shared.free.push(Box::new(Snapshot::new(&ports, params)));
         }
         let follower = Follower { ports, params, writer, log, shared: Arc::clone(&shared) };
@@ -141,7 +141,7 @@ impl Shadow {
     pub fn after(&mut self, slots: &[PortSlot]) {
         if let Some(mut snapshot) = self.current.take() {
             snapshot.copy_outputs(slots);
-            // There is room for as many as there are.
+            // The capacity is the number of ports.
             let _ = self.shared.filled.push(snapshot);
             self.shared.wake.notify(1);
         }
@@ -160,7 +160,7 @@ impl Shadow {
     }
 
     /// Takes the new code out.
-    /// It must have [caught up](Shadow::has_caught_up): then nobody has it for long.
+    /// It must have [caught up](Shadow::has_caught_up): then no thread holds it for long.
     pub fn take_new(&self) -> Option<Retired> {
         self.shared.locked().take().map(|new| new.code)
     }

@@ -51,7 +51,7 @@ impl BehaviorHost for Robot {
     }
 }
 
-/// A skill named `it`, whose file goes on with a text.
+/// A skill named `it`, whose file continues with a text.
 pub fn skill(rest: &str) -> String {
     format!(
         "module(..., skillenv.module_init)\nname = 'it'\ndocumentation = ''\n\

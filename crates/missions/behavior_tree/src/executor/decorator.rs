@@ -125,7 +125,7 @@ impl<H: TreeHost> TreeRun<'_, H> {
 
     /// Halts the child when the time is over.
     ///
-    /// A time-out of 0 never passes. One that passes while the child does not run has no effect.
+    /// A timeout of 0 never passes. One that passes while the child does not run has no effect.
     fn timeout(&mut self, node: usize, milliseconds: &PortBinding) -> Result<NodeStatus, TickError> {
         let child = self.child(node, 0);
         if !self.records[node].is_started {

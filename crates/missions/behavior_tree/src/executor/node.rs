@@ -243,7 +243,7 @@ impl<'a, H: TreeHost> TreeRun<'a, H> {
         let old = self.records[node];
         self.reset_status(node);
         self.records[node] = match own.operation {
-            // It goes on where it was.
+            // It continues where it was.
             NodeOperation::SequenceWithMemory => {
                 NodeRecord { child: old.child, count: old.count, ..NodeRecord::default() }
             }

@@ -163,7 +163,7 @@ impl TreeExecutor {
 
     /// Exchanges the tree while it runs.
     ///
-    /// The old one goes on where the state does not fit.
+    /// The old one continues where the state does not fit.
     pub fn reload(&mut self, tree: Arc<BehaviorTree>) -> Result<(), TreeStateError> {
         *self = Self::restore(tree, &self.state())?;
         Ok(())

@@ -79,7 +79,7 @@ impl ManagedMission for PetriNetRun {
 
 impl ManagedMission for TreeExecutor {
     const MANAGER: &'static str = "behavior_tree_manager";
-    const DOC: &'static str = "Follows a behaviour tree whose actions are outputs.";
+    const DOC: &'static str = "Follows a behavior tree whose actions are outputs.";
 
     fn load(settings: &MissionSettings<'_>, saved: &TreeState) -> Result<(Self, MissionActions), String> {
         load_tree(settings.file, "", saved)

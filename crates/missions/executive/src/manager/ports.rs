@@ -133,7 +133,7 @@ fn eight<T: Copy>([a, b, c, d]: [T; 4], [e, f, g, h]: [T; 4]) -> [T; 8] {
 pub struct MissionManagerParams {
     #[param(default = "", doc = "file of the mission")]
     pub mission_filename: Text<252>,
-    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission goes on")]
+    #[param(default = 0, range = 0..=1_000_000, doc = "raise it to read the file again while the mission runs")]
     pub revision: u32,
     #[param(default = Sequence::default(), doc = "kinds of the actions, in the order of `action_1` to `action_8`")]
     pub actions: Sequence<ActivityName, 8>,

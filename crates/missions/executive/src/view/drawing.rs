@@ -16,7 +16,7 @@ pub const MOST_ELEMENTS: usize = 640;
 pub enum MissionNotation {
     /// Petri Net Plan.
     PetriNet,
-    /// Behaviour tree.
+    /// Behavior tree.
     BehaviorTree,
     /// State machines of skills.
     StateMachines,

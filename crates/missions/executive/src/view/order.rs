@@ -8,7 +8,7 @@ use crate::conditions::KnownConditions;
 /// Order of a developer.
 #[interface]
 pub enum MissionCommand {
-    /// Pause: no more steps; running actions go on to their end.
+    /// Pause: no more steps; running actions continue to their end.
     Pause,
     /// Continuation of the mission.
     Resume,

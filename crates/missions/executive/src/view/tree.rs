@@ -1,4 +1,4 @@
-//! View of a behaviour tree: its nodes with their status.
+//! View of a behavior tree: its nodes with their status.
 
 use slate_behavior_tree::{BehaviorNode, BehaviorTree, LeafKind, NodeStatus, TreeExecutor, TreeLeaf};
 

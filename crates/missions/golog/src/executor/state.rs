@@ -183,7 +183,7 @@ impl GologExecutor {
     /// Continues from a state.
     /// The theory may have changed in parts that the program has not reached yet.
     ///
-    /// Fluents keep their values by name. The program goes on where it is, if the steps before that place are as they
+    /// Fluents keep their values by name. The program continues where it is, if the steps before that place are as they
     /// were.
     ///
     /// # Errors
@@ -290,7 +290,7 @@ impl GologExecutor {
             arguments[..values.len()].copy_from_slice(&values);
             Some(GroundAction { action: action as u32, arguments })
         });
-        found.ok_or_else(|| GologStateError(format!("the action `{text}` is not there")))
+        found.ok_or_else(|| GologStateError(format!("the action `{text}` does not exist")))
     }
 
     /// Restores programs; returns their numbers.
@@ -308,7 +308,8 @@ impl GologExecutor {
                     let bindings =
                         node.and_then(|node| bindings_of(&theory, theory.nodes[node].scope, variables));
                     let (Some(node), Some(bindings)) = (node, bindings) else {
-                        let reason = format!("the program is at line {line}, `{title}`, which is not there");
+                        let reason =
+                            format!("the program is at line {line}, `{title}`, which does not exist");
                         return Err(GologStateError(reason));
                     };
                     self.programs.code(&theory.nodes, node, &bindings)

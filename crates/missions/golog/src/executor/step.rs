@@ -11,12 +11,12 @@ pub(super) const MOST_DEPTH: u16 = 300;
 
 impl GologExecutor {
     /// Executes the program until it waits.
-    /// It waits for the robot, for a condition, or for a search that goes on.
+    /// It waits for the robot, for a condition, or for a search that continues.
     ///
-    /// A tick has at most 64 transitions; the next one goes on from there.
+    /// A tick has at most 64 transitions; the next one continues from there.
     ///
     /// # Errors
-    /// If the program can't go on; the host has stopped all actions.
+    /// If the program can't continue; the host has stopped all actions.
     pub fn tick(&mut self, host: &mut impl GologHost) -> Result<GologOutcome, GologRunError> {
         self.tick_at_most(MOST_STEPS, host)
     }
@@ -81,8 +81,9 @@ impl GologExecutor {
                     self.performances[slot] = None;
                     self.trace.add(action, TracedEvent::Failed);
                     let text = action.text(&self.theory);
-                    let reason =
-                        format!("the action `{text}` has failed; say what it changes then: `if failed: ...`");
+                    let reason = format!(
+                        "the action `{text}` has failed; declare its effects on failure: `if failed: ...`"
+                    );
                     return Err(GologRunError { line: model.line, reason });
                 }
             };

@@ -9,7 +9,7 @@ use crate::theory::program::{ProgramNode, ProgramStep};
 /// Empty remaining program.
 pub(crate) const NIL: u32 = 0;
 /// Number of remaining programs below which they are not collected.
-const FEW: usize = 4096;
+const COLLECTION_THRESHOLD: usize = 4096;
 
 /// Program that remains; others are given by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -234,7 +234,7 @@ impl RemainingPrograms {
     /// Garbage-collects programs that the roots do not reach.
     /// It does so once there are many; the roots get new numbers.
     pub fn collect<'a>(&mut self, nodes: &[ProgramNode], roots: impl Iterator<Item = &'a mut u32>) {
-        if self.len() < FEW || self.len() < 2 * self.live {
+        if self.len() < COLLECTION_THRESHOLD || self.len() < 2 * self.live {
             return;
         }
         let roots: Vec<&mut u32> = roots.collect();

@@ -16,7 +16,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    pub fn tell(&mut self, name: &str, holds: bool) {
+    pub fn set_condition(&mut self, name: &str, holds: bool) {
         self.conditions.insert(name.into(), holds);
     }
 

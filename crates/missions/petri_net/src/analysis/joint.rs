@@ -10,7 +10,7 @@ use crate::net::{NetPlace, PetriNet};
 
 /// Checks a plan of several robots, without their sub-plans.
 ///
-/// A robot whose part has reached its goal or failed fires no more, while others go on. Guards are ignored, as by
+/// A robot whose part has reached its goal or failed fires no more, while others continue. Guards are ignored, as by
 /// [`check_net`](crate::check_net); that a robot vanishes is found as a dependence on others.
 pub fn check_joint(joint: &JointNet, limits: &CheckLimits<'_>) -> NetReport {
     let net = joint.net();

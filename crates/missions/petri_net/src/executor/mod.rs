@@ -226,13 +226,13 @@ impl PetriNetExecutor {
         &self.plan.nets[self.plan.instances[instance].net]
     }
 
-    /// Returns true if a run of a net goes on.
+    /// Returns true if a run of a net continues.
     /// It and all above it are active, and it has not ended.
     pub fn is_running(&self, instance: usize) -> bool {
         self.runs()[instance]
     }
 
-    /// Returns for each run of a net whether it goes on.
+    /// Returns for each run of a net whether it continues.
     pub fn runs(&self) -> Vec<bool> {
         let active = self.reached_by(|phase| phase == ActionPhase::Active);
         let is_running = |progress: &ActionProgress| *progress == ActionProgress::Running;

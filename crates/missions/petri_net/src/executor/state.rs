@@ -113,7 +113,7 @@ impl PetriNetExecutor {
     }
 
     /// Replaces the plan while it runs.
-    /// The old one goes on if the state doesn't fit.
+    /// The old one continues if the state doesn't fit.
     pub fn reload(&mut self, plan: Arc<PetriPlan>) -> Result<(), CarryError> {
         *self = Self::restore(plan, self.order, &self.state())?;
         Ok(())

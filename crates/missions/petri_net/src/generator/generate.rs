@@ -9,7 +9,7 @@ use crate::net::PetriNet;
 /// Generates the net of a linear plan with execution rules.
 ///
 /// The actions follow each other. A rule interrupts the actions that it names; the first rule whose condition holds
-/// wins. An action that fails makes the plan fail. A time-out of 30 s is the condition `elapsed_30`, which the host
+/// wins. An action that fails makes the plan fail. A timeout of 30 s is the condition `elapsed_30`, which the host
 /// answers: whether the newest action was started at least 30 s ago.
 pub fn generate_net(
     name: &str,

@@ -85,8 +85,7 @@ fn name(action: &str, line: usize) -> Result<String, NetError> {
 fn duration(text: &str, line: usize) -> Result<f64, NetError> {
     let seconds = text.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds > 0.0);
     seconds.ok_or_else(|| {
-        let reason =
-            format!("expected a time-out in seconds, such as `goto_6_2|30`, found `{}`", text.trim());
+        let reason = format!("expected a timeout in seconds, such as `goto_6_2|30`, found `{}`", text.trim());
         NetError::at(line, reason)
     })
 }

@@ -33,7 +33,7 @@ pub struct RobotStatement {
     pub has_ended: bool,
 }
 
-/// Synchronisation whose outcome another robot does not share.
+/// Synchronization whose outcome another robot does not share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SynchronizationError {
     /// Silence of the deciding robot.
@@ -55,7 +55,7 @@ pub enum SynchronizationError {
         /// Identifier of the transition.
         transition: String,
     },
-    /// Restoration of a robot to a state before the synchronisation.
+    /// Restoration of a robot to a state before the synchronization.
     #[error("this robot and `{robot}` count other firings of `{transition}`: restore both to one time")]
     Restored {
         /// Robot.
@@ -78,7 +78,7 @@ struct Partner {
     entries: Vec<SynchronizationEntry>,
 }
 
-/// Hard synchronisation.
+/// Hard synchronization.
 #[derive(Clone, Debug)]
 struct Hard {
     transition: usize,
@@ -106,11 +106,11 @@ struct Reception {
 
 /// Synchronizer of one robot with the others of a [`JointNet`](crate::JointNet).
 ///
-/// The first robot by name decides about a hard synchronisation: when all are ready it opens an attempt, each other robot
+/// The first robot by name decides about a hard synchronization: when all are ready it opens an attempt, each other robot
 /// promises to follow and then changes nothing in its plan, and when all have promised the deciding robot fires, which
-/// the others follow. Before a promise each may go another way; so a synchronisation is fired by all or by none.
+/// the others follow. Before a promise each may go another way; so a synchronization is fired by all or by none.
 /// Statements may be late, lost or repeated, as each has the whole state. Two robots can't agree about a decision of
-/// which one does not hear: a robot that has promised and hears nothing for the time-out fails, and the others hear that.
+/// which one does not hear: a robot that has promised and hears nothing for the timeout fails, and the others hear that.
 #[derive(Clone, Debug)]
 pub struct Synchronizer {
     life: u64,
@@ -203,7 +203,7 @@ impl Synchronizer {
 
     /// Receives the newest statement of a partner.
     /// It may be any robot of the plan.
-    pub fn hear<'a>(
+    pub fn receive<'a>(
         &mut self,
         robot: &str,
         statement: RobotStatement,

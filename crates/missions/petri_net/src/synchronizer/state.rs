@@ -1,4 +1,4 @@
-//! State of synchronisations by names, for snapshots and for a changed plan.
+//! State of synchronizations by names, for snapshots and for a changed plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,11 +12,11 @@ pub struct SynchronizerState {
     pub life: u64,
     /// Time of the newest run of the robot, ns.
     pub now: u64,
-    /// Time-out of partners in that run, ns.
+    /// Timeout of partners in that run, ns.
     pub timeout: u64,
     /// True if the plan has ended.
     pub has_ended: bool,
-    /// Hard synchronisations.
+    /// Hard synchronizations.
     pub hard: Vec<SavedSynchronization>,
     /// Sent tokens, with the number of firings.
     pub sent: Vec<(String, u64)>,
@@ -26,7 +26,7 @@ pub struct SynchronizerState {
     pub partners: Vec<SavedPartner>,
 }
 
-/// State of a hard synchronisation.
+/// State of a hard synchronization.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SavedSynchronization {
     /// Identifier of the transition.

@@ -7,7 +7,7 @@ use slate_sim::world::{DescriptionError, World};
 use slate_sim::{Placement, Simulation};
 
 /// Step of the physics, nanoseconds.
-const STEP: u64 = 10_000_000;
+const TIME_STEP: u64 = 10_000_000;
 
 /// Pioneer 3-DX among walls.
 #[derive(Debug)]
@@ -26,13 +26,13 @@ impl SimulatedPioneer {
         let drive = description.drive;
         let placement =
             Placement { name: "pioneer".into(), description, sonar: "real".into(), pose, script: None };
-        let simulation = Simulation::new(&World::load(world)?, &[placement], seed, STEP)?;
+        let simulation = Simulation::new(&World::load(world)?, &[placement], seed, TIME_STEP)?;
         Ok(Self { simulation, drive })
     }
 
     /// Advances the simulation to a time, nanoseconds since the beginning.
     pub fn advance(&mut self, now: u64) {
-        while self.simulation.now() + STEP <= now {
+        while self.simulation.now() + TIME_STEP <= now {
             self.simulation.step();
         }
     }
@@ -64,7 +64,7 @@ impl SimulatedPioneer {
         self.simulation.sense();
     }
 
-    /// Returns the last range of a sonar, metres.
+    /// Returns the last range of a sonar, meters.
     pub fn range(&self, sonar: usize) -> Option<f64> {
         let (echoes, _) = self.simulation.sonar(0)?;
         echoes.get(sonar).map(|echo| echo.range)
@@ -72,8 +72,8 @@ impl SimulatedPioneer {
 
     /// Returns the contacts of the front and the rear bumper; true if pressed.
     pub fn bumpers(&self) -> (bool, bool) {
-        let felt = self.simulation.felt(0);
-        (felt.front, felt.back)
+        let bumper_contacts = self.simulation.bumper_contacts(0);
+        (bumper_contacts.front, bumper_contacts.back)
     }
 
     /// Returns the true pose.

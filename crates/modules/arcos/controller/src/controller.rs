@@ -12,14 +12,14 @@ use crate::error::ControllerError;
 use crate::firmware::Firmware;
 
 /// Timeout of a wait for bytes.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Options of a controller.
 #[derive(Clone, Debug)]
 pub struct ControllerOptions {
     /// World that comes with the simulator, or a file's path.
     pub world: String,
-    /// True pose: x and y in metres, theta in radians.
+    /// True pose: x and y in meters, theta in radians.
     pub at: [f64; 3],
     /// Seed of the random numbers.
     pub seed: u64,
@@ -174,8 +174,8 @@ fn live(inner: &Mutex<ControllerState>) {
             inner.terminal.as_ref().map(Arc::downgrade)
         };
         match terminal.and_then(|terminal| terminal.upgrade()) {
-            Some(terminal) => terminal.wait(LOOK),
-            None => std::thread::sleep(LOOK),
+            Some(terminal) => terminal.wait(POLL_PERIOD),
+            None => std::thread::sleep(POLL_PERIOD),
         }
     }
 }

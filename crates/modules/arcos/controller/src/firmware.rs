@@ -22,8 +22,8 @@ const ARRAY: usize = 8;
 /// State of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ClientState {
-    /// Number of completed steps of the synchronisation.
-    Synchronising(u8),
+    /// Number of completed steps of the synchronization.
+    Synchronizing(u8),
     Open,
 }
 
@@ -35,7 +35,7 @@ pub struct Firmware {
     outgoing: Vec<u8>,
     connection: ClientState,
     /// Arrival time of the last packet.
-    heard: Duration,
+    received_at: Duration,
     motors: bool,
     sonars: bool,
     stop_button: bool,
@@ -59,8 +59,8 @@ impl Firmware {
             identity: Identity { name: "slate-sim".into(), class: "Pioneer".into(), model: "p3dx-sh".into() },
             decoder: Decoder::default(),
             outgoing: Vec::new(),
-            connection: ClientState::Synchronising(0),
-            heard: Duration::ZERO,
+            connection: ClientState::Synchronizing(0),
+            received_at: Duration::ZERO,
             motors: false,
             sonars: false,
             stop_button: false,
@@ -116,14 +116,14 @@ impl Firmware {
     }
 
     fn packet(&mut self, data: &[u8], body: &SimulatedPioneer, now: Duration) {
-        if let ClientState::Synchronising(done) = self.connection {
-            self.synchronise(data, done, now);
+        if let ClientState::Synchronizing(done) = self.connection {
+            self.synchronize(data, done, now);
             return;
         }
-        self.heard = now;
+        self.received_at = now;
         match Command::decode(data) {
             Some(Command::Close) => {
-                self.connection = ClientState::Synchronising(0);
+                self.connection = ClientState::Synchronizing(0);
                 (self.motors, self.sonars) = (false, false);
                 self.halt();
             }
@@ -148,15 +148,15 @@ impl Firmware {
         }
     }
 
-    fn synchronise(&mut self, data: &[u8], done: u8, now: Duration) {
+    fn synchronize(&mut self, data: &[u8], done: u8, now: Duration) {
         let &[step] = data else { return };
         if step == 1 && done == 3 {
             self.connection = ClientState::Open;
-            (self.heard, self.next_report, self.next_sonar) = (now, now + CYCLE, now + SONAR);
+            (self.received_at, self.next_report, self.next_sonar) = (now, now + CYCLE, now + SONAR);
             self.ranges.clear();
             self.halt();
         } else if step < 3 && step <= done {
-            self.connection = ClientState::Synchronising(step + 1);
+            self.connection = ClientState::Synchronizing(step + 1);
             let mut answer = vec![step];
             if step == 2 {
                 answer.extend(self.identity.encode());
@@ -171,7 +171,7 @@ impl Firmware {
 
     /// Advances the time to `now`.
     pub fn advance(&mut self, body: &mut SimulatedPioneer, now: Duration) {
-        let is_alive = now.saturating_sub(self.heard) < WATCHDOG;
+        let is_alive = now.saturating_sub(self.received_at) < WATCHDOG;
         self.feel(body, now);
         if self.is_open() && self.motors && is_alive && self.stalled.is_none() {
             body.drive(self.velocity * 0.001, self.rotation.to_radians());
@@ -222,7 +222,7 @@ impl Firmware {
         let (sin, cos) = (slate_module::math::sin(theta), slate_module::math::cos(theta));
         let (dx, dy) = (pose.x - x, pose.y - y);
         // 16 bits, which wrap around.
-        let millimetres = |distance: f64| (distance * 1000.0).round() as i64 as u16;
+        let millimeters = |distance: f64| (distance * 1000.0).round() as i64 as u16;
         let angle = slate_module::math::wrap_angle(pose.theta - theta);
         let (left, right) = body.wheels();
         let stall = u8::from(self.stalled.is_some());
@@ -232,8 +232,8 @@ impl Firmware {
         let flag = |on: bool, bits: u16| if on { bits } else { 0 };
         Report {
             moving: left != 0.0 || right != 0.0,
-            x: millimetres(dx * cos + dy * sin),
-            y: millimetres(dy * cos - dx * sin),
+            x: millimeters(dx * cos + dy * sin),
+            y: millimeters(dy * cos - dx * sin),
             heading: (angle * 2048.0 / std::f64::consts::PI).round() as i16,
             left: (left * 1000.0).round() as i16,
             right: (right * 1000.0).round() as i16,

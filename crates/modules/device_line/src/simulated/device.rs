@@ -10,9 +10,9 @@ use super::line_end::LineEnd;
 use super::terminal::TerminalError;
 
 /// Polling period of a simulated device's line.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 /// Bytes that wait for room on the line; more are lost.
-const ROOM: usize = 64 * 1024;
+const MAX_PENDING_BYTES: usize = 64 * 1024;
 
 /// Firmware of a simulated device: a state machine without line and clock.
 pub trait DeviceFirmware: Send + 'static {
@@ -172,7 +172,7 @@ fn live<F: DeviceFirmware>(inner: &Mutex<Inner<F>>) {
             }
             inner.work(began.elapsed());
         }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
@@ -180,7 +180,7 @@ impl<F: DeviceFirmware> Inner<F> {
     fn work(&mut self, now: Duration) {
         let Self { firmware, faults, random, end, is_open, waiting, .. } = self;
         if let Some(end) = end {
-            let (open, is_new) = end.look(*is_open);
+            let (open, is_new) = end.poll(*is_open);
             *is_open = open;
             if is_new {
                 waiting.clear();
@@ -194,7 +194,7 @@ impl<F: DeviceFirmware> Inner<F> {
         firmware.advance(now, &mut outgoing);
         if *is_open && let Some(end) = end {
             waiting.extend(faults.spoil_reports(&outgoing, random));
-            waiting.truncate(ROOM);
+            waiting.truncate(MAX_PENDING_BYTES);
             let count = end.write(waiting).min(waiting.len());
             waiting.drain(..count);
         } else {

@@ -48,7 +48,7 @@ impl LineEnd {
 
     /// Returns whether a driver has it open, and whether one has just opened it.
     /// The second is true also for another driver than before.
-    pub fn look(&mut self, was_open: bool) -> (bool, bool) {
+    pub fn poll(&mut self, was_open: bool) -> (bool, bool) {
         match self {
             Self::Terminal(terminal) => {
                 let is_open = terminal.is_open();

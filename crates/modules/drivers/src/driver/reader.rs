@@ -6,33 +6,33 @@ use slate_device_line::{Backoff, DeviceLine, LineAddress};
 use slate_module::Text;
 use slate_module::aspect::Stop;
 
-use super::conversation::Conversation;
+use super::protocol::DeviceProtocol;
 use super::reading::DriverReading;
 use super::watch::RateWatch;
 use crate::status::DeviceStatus;
 
 /// Maximum polling period of the line and the clock.
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 /// Pauses before a line is opened again, the first one and the longest.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(2));
 /// Timeout of the last bytes at the end.
 const FAREWELL: Duration = Duration::from_millis(100);
 
 /// Runs the driver thread until it is stopped.
-pub(super) fn run<R, C>(stop: &Stop, address: &LineAddress, conversation: C)
+pub(super) fn run<R, C>(stop: &Stop, address: &LineAddress, protocol: C)
 where
     R: DriverReading,
-    C: Conversation<Value = R::Value>,
+    C: DeviceProtocol<Value = R::Value>,
 {
     let mut reader = LineReader {
         stop,
         began: wall(),
         address,
-        conversation,
+        protocol,
         outgoing: Vec::new(),
         watch: RateWatch::default(),
         status: DeviceStatus::default(),
-        told: String::new(),
+        reported: String::new(),
         pending: None::<R>,
         backoff: Backoff::new(PAUSES.0, PAUSES.1),
     };
@@ -46,7 +46,7 @@ where
         let until = reader.now() + reader.backoff.fail();
         while !stop.is_set() && reader.now() < until {
             reader.deliver();
-            stop.wait(LOOK);
+            stop.wait(POLL_PERIOD);
         }
     }
 }
@@ -67,18 +67,18 @@ struct LineReader<'a, R, C> {
     stop: &'a Stop,
     began: Instant,
     address: &'a LineAddress,
-    conversation: C,
+    protocol: C,
     outgoing: Vec<u8>,
     watch: RateWatch,
     status: DeviceStatus,
     /// Fault last logged; empty for none.
-    told: String,
+    reported: String,
     /// Message that the tick had no room for.
     pending: Option<R>,
     backoff: Backoff,
 }
 
-impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
+impl<R: DriverReading, C: DeviceProtocol<Value = R::Value>> LineReader<'_, R, C> {
     /// Returns the time since the start of the thread.
     fn now(&self) -> Duration {
         self.began.elapsed()
@@ -87,29 +87,29 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
     /// Talks to the device on an open line, until the thread is stopped.
     fn serve(&mut self, line: &DeviceLine) -> Result<(), String> {
         let now = self.now();
-        line.set_data_terminal_ready(self.conversation.data_terminal_ready());
+        line.set_data_terminal_ready(self.protocol.data_terminal_ready());
         self.outgoing.clear();
         self.watch.begin(now);
-        self.conversation.begin(now, &mut self.outgoing);
+        self.protocol.begin(now, &mut self.outgoing);
         let mut bytes = [0; 4096];
         while !self.stop.is_set() {
             line.write(&mut self.outgoing).map_err(|error| error.to_string())?;
-            line.wait(LOOK).map_err(|error| error.to_string())?;
+            line.wait(POLL_PERIOD).map_err(|error| error.to_string())?;
             let count = line.read(&mut bytes).map_err(|error| error.to_string())?;
             self.receive(&bytes[..count]);
             let now = self.now();
-            if let Err(fault) = self.conversation.poll(now, &mut self.outgoing) {
+            if let Err(fault) = self.protocol.poll(now, &mut self.outgoing) {
                 // It may have something to say to a device that refuses, such as a restart.
                 let _ = line.write(&mut self.outgoing);
                 return Err(self.named(&fault));
             }
-            let silence = self.conversation.allowed_silence();
-            let nominal = self.conversation.nominal_rate();
+            let silence = self.protocol.allowed_silence();
+            let nominal = self.protocol.nominal_rate();
             self.watch.check(now, silence, nominal).map_err(|fault| self.named(&fault))?;
             self.judge();
             self.deliver();
         }
-        self.farewell(line);
+        self.close_session(line);
         Ok(())
     }
 
@@ -119,11 +119,11 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
 
     fn receive(&mut self, bytes: &[u8]) {
         let (now, arrival) = (self.began.elapsed(), self.stop.now());
-        let Self { conversation, outgoing, watch, status, pending, backoff, stop, .. } = self;
+        let Self { protocol, outgoing, watch, status, pending, backoff, stop, .. } = self;
         if !bytes.is_empty() {
             watch.take_bytes(now);
         }
-        conversation.receive(bytes, now, outgoing, &mut |value| {
+        protocol.receive(bytes, now, outgoing, &mut |value| {
             watch.take_measurement(now);
             backoff.succeed();
             status.arrival = arrival;
@@ -144,17 +144,17 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
         if !self.watch.measures() {
             return;
         }
-        let text = match (self.conversation.complaint(), self.watch.lag(self.conversation.nominal_rate())) {
-            (Some(complaint), _) => Err(complaint.to_owned()),
+        let text = match (self.protocol.device_error(), self.watch.lag(self.protocol.nominal_rate())) {
+            (Some(device_error), _) => Err(device_error.to_owned()),
             (None, Some((rate, nominal))) => Err(format!(
                 "only {rate:.1} of {nominal:.1} measurements a second come: is the line fast enough?"
             )),
-            (None, None) => Ok(self.conversation.identity()),
+            (None, None) => Ok(self.protocol.identity()),
         };
-        let (damaged, rate) = (self.conversation.damaged(), self.watch.rate);
+        let (damaged, rate) = (self.protocol.damaged(), self.watch.rate);
         let (is_well, shown) = match &text {
             Ok(identity) => (true, Text::new(identity)),
-            Err(complaint) => (false, Text::new(complaint)),
+            Err(device_error) => (false, Text::new(device_error)),
         };
         let status = DeviceStatus {
             damaged,
@@ -164,7 +164,8 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
             text: shown,
             ..self.status
         };
-        let is_news = !self.status.is_connected.get() || self.status.text != shown || !self.told.is_empty();
+        let is_news =
+            !self.status.is_connected.get() || self.status.text != shown || !self.reported.is_empty();
         if status != self.status && self.pending.is_none() {
             self.pending = Some(R::default());
         }
@@ -175,12 +176,12 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
         match text {
             Ok(identity) if is_news => {
                 self.stop.info(format_args!("{identity} measures at {}", self.address));
-                self.told.clear();
+                self.reported.clear();
             }
             // The number of measurements is another one each time.
-            Err(complaint) if without_numbers(&complaint) != self.told => {
-                self.stop.warn(format_args!("{}: {complaint}", self.address));
-                self.told = without_numbers(&complaint);
+            Err(device_error) if without_numbers(&device_error) != self.reported => {
+                self.stop.warn(format_args!("{}: {device_error}", self.address));
+                self.reported = without_numbers(&device_error);
             }
             _ => {}
         }
@@ -189,19 +190,19 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
     /// Handles a lost line; logs each reason once.
     fn lose(&mut self, reason: String) {
         let losses = self.status.losses + u64::from(self.status.is_connected.get());
-        if reason != self.told {
+        if reason != self.reported {
             self.stop.warn(format_args!("no measurements, which is tried again: {reason}"));
         }
         self.status = DeviceStatus {
             losses,
-            damaged: self.conversation.damaged(),
+            damaged: self.protocol.damaged(),
             rate: 0.0,
             is_connected: false.into(),
             is_well: false.into(),
             text: Text::new(&reason),
             ..self.status
         };
-        self.told = reason;
+        self.reported = reason;
         let mut message = R::default();
         *message.status_mut() = self.status;
         self.pending = Some(message);
@@ -216,8 +217,8 @@ impl<R: DriverReading, C: Conversation<Value = R::Value>> LineReader<'_, R, C> {
         }
     }
 
-    fn farewell(&mut self, line: &DeviceLine) {
-        self.conversation.end(&mut self.outgoing);
+    fn close_session(&mut self, line: &DeviceLine) {
+        self.protocol.end(&mut self.outgoing);
         let until = self.now() + FAREWELL;
         while !self.outgoing.is_empty() && self.now() < until {
             if line.write(&mut self.outgoing).and_then(|()| line.wait(Duration::from_millis(1))).is_err() {

@@ -3,7 +3,7 @@ use slate_device_line::LineAddress;
 use slate_module::aspect::{Aspect, Threads};
 use slate_module::prelude::*;
 
-use super::conversation::Conversation;
+use super::protocol::DeviceProtocol;
 use super::reader;
 use super::reading::DriverReading;
 use crate::status::DeviceStatus;
@@ -39,7 +39,7 @@ pub(crate) trait DriverStart: Copy + PartialEq {
     /// Message of the thread.
     type DriverReading: DriverReading;
     /// Conversation with the device.
-    type Conversation: Conversation<Value = <Self::DriverReading as DriverReading>::Value>;
+    type DeviceProtocol: DeviceProtocol<Value = <Self::DriverReading as DriverReading>::Value>;
 
     /// True for a measurement that is valid until the next one, at any age.
     /// Such a device sends on changes alone.
@@ -49,7 +49,7 @@ pub(crate) trait DriverStart: Copy + PartialEq {
     ///
     /// # Errors
     /// When a parameter is wrong.
-    fn start(&self) -> Result<(LineAddress, Self::Conversation), Refusal>;
+    fn start(&self) -> Result<(LineAddress, Self::DeviceProtocol), Refusal>;
 
     /// Checks the parameters, also those of a missing device.
     ///
@@ -68,7 +68,7 @@ pub(crate) fn device(error: &slate_device_line::AddressError) -> Refusal {
 
 const DRIVER: &str = "driver";
 /// Measurements that the ring between thread and tick has room for.
-const ROOM: usize = 16;
+const RING_CAPACITY: usize = 16;
 /// Age above which a measurement is discarded, nanoseconds.
 const OLD: u64 = 500_000_000;
 
@@ -85,10 +85,10 @@ pub(crate) fn step<P: DriverStart>(
     if !io.threads.is_running(DRIVER) {
         state.status = DeviceStatus::default();
         state.params = Some(*params);
-        let spawned = params.start().and_then(|(address, conversation)| {
-            let room = ROOM * (size_of::<P::DriverReading>() + 16);
+        let spawned = params.start().and_then(|(address, protocol)| {
+            let room = RING_CAPACITY * (size_of::<P::DriverReading>() + 16);
             io.threads.spawn_with_room(DRIVER, room.max(16 * 1024), move |stop| {
-                reader::run::<P::DriverReading, P::Conversation>(stop, &address, conversation);
+                reader::run::<P::DriverReading, P::DeviceProtocol>(stop, &address, protocol);
             })
         });
         if let Err(reason) = spawned {

@@ -29,7 +29,7 @@ pub enum GpsMessage {
         satellites: u32,
         /// Horizontal dilution of precision.
         horizontal_dilution: Option<f64>,
-        /// Height above the ellipsoid, metres.
+        /// Height above the ellipsoid, meters.
         altitude: Option<f64>,
     },
     /// Recommended minimum data.
@@ -46,7 +46,7 @@ pub enum GpsMessage {
         /// Vertical dilution of precision.
         vertical_dilution: Option<f64>,
     },
-    /// Standard deviations of the position to the north, to the east and up, metres.
+    /// Standard deviations of the position to the north, to the east and up, meters.
     Gst {
         /// Time of the day in UTC, seconds, if known.
         time: Option<f64>,

@@ -39,7 +39,7 @@ reading!(FixReading, NavSatFix);
 
 impl DriverStart for GpsParams {
     type DriverReading = FixReading;
-    type Conversation = GpsSession;
+    type DeviceProtocol = GpsSession;
 
     fn start(&self) -> Result<(LineAddress, GpsSession), Refusal> {
         let address = LineAddress::parse(self.device.as_str(), self.baud as u32, PORT)

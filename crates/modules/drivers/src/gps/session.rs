@@ -5,7 +5,7 @@ use std::time::Duration;
 use slate_interfaces::{FixStatus, NavSatFix};
 
 use super::message::{GeographicPoint, GpsMessage};
-use crate::driver::{Conversation, DeviceFault};
+use crate::driver::{DeviceFault, DeviceProtocol};
 use crate::sentence::SentenceDecoder;
 
 /// Age above which dilutions and standard deviations are outdated.
@@ -17,7 +17,7 @@ const OLD: Duration = Duration::from_secs(3);
 pub struct GpsOptions {
     /// Fixes in a second.
     pub rate: f64,
-    /// Standard deviation of a pseudorange, metres.
+    /// Standard deviation of a pseudorange, meters.
     /// 0: no covariances from dilutions.
     pub range_error_stddev: f64,
 }
@@ -27,13 +27,13 @@ pub struct GpsOptions {
 pub struct GpsSession {
     options: GpsOptions,
     decoder: SentenceDecoder,
-    /// Standard deviations north, east and up (metres), and their time of arrival.
+    /// Standard deviations north, east and up (meters), and their time of arrival.
     stddev: Option<([f64; 3], Duration)>,
     /// Vertical dilution, and when it came.
     vertical_dilution: Option<(f64, Duration)>,
     /// Arrival time of the newest GGA.
     gga: Option<Duration>,
-    complaint: Option<String>,
+    device_error: Option<String>,
 }
 
 impl GpsSession {
@@ -45,7 +45,7 @@ impl GpsSession {
             stddev: None,
             vertical_dilution: None,
             gga: None,
-            complaint: None,
+            device_error: None,
         }
     }
 
@@ -64,7 +64,7 @@ impl GpsSession {
                 let Some(point) = point.filter(|_| status != FixStatus::NO_FIX) else {
                     return Some(self.lose(satellites));
                 };
-                self.complaint = None;
+                self.device_error = None;
                 let position_covariance = self.covariance(horizontal_dilution, now);
                 Some(fix(status, point, altitude.unwrap_or(f64::NAN), position_covariance))
             }
@@ -72,15 +72,15 @@ impl GpsSession {
             GpsMessage::Rmc { .. } if self.gga.is_some_and(|time| now.saturating_sub(time) < OLD) => None,
             GpsMessage::Rmc { point, .. } => {
                 let Some(point) = point else { return Some(self.lose(0)) };
-                self.complaint = None;
+                self.device_error = None;
                 Some(fix(FixStatus::FIX, point, f64::NAN, self.covariance(None, now)))
             }
         }
     }
 
     fn lose(&mut self, satellites: u32) -> NavSatFix {
-        if self.complaint.is_none() {
-            self.complaint = Some(format!(
+        if self.device_error.is_none() {
+            self.device_error = Some(format!(
                 "no satellite fix ({satellites} satellites in use): has the antenna a free view of the sky?"
             ));
         }
@@ -122,12 +122,12 @@ fn fix(
     NavSatFix { status, latitude, longitude, altitude, position_covariance }
 }
 
-impl Conversation for GpsSession {
+impl DeviceProtocol for GpsSession {
     type Value = NavSatFix;
 
     fn begin(&mut self, _: Duration, _: &mut Vec<u8>) {
         self.decoder.clear();
-        (self.stddev, self.vertical_dilution, self.gga, self.complaint) = (None, None, None, None);
+        (self.stddev, self.vertical_dilution, self.gga, self.device_error) = (None, None, None, None);
     }
 
     fn receive(&mut self, bytes: &[u8], now: Duration, _: &mut Vec<u8>, take: &mut dyn FnMut(&NavSatFix)) {
@@ -152,8 +152,8 @@ impl Conversation for GpsSession {
         self.decoder.damaged()
     }
 
-    fn complaint(&self) -> Option<&str> {
-        self.complaint.as_deref()
+    fn device_error(&self) -> Option<&str> {
+        self.device_error.as_deref()
     }
 
     fn allowed_silence(&self) -> Option<Duration> {

@@ -40,7 +40,7 @@ pub struct HokuyoParams {
 
 impl DriverStart for HokuyoParams {
     type DriverReading = SweepReading;
-    type Conversation = HokuyoSession;
+    type DeviceProtocol = HokuyoSession;
 
     fn start(&self) -> Result<(LineAddress, HokuyoSession), Refusal> {
         let address = LineAddress::parse(self.device.as_str(), self.baud as u32, PORT)

@@ -67,7 +67,7 @@ const STAMP: usize = 4;
 pub struct ScipScan {
     /// Time of the scanner's clock, milliseconds; wraps around after 24 bits.
     pub time: u32,
-    /// Distances, millimetres; below the scanner's minimum they are codes of errors.
+    /// Distances, millimeters; below the scanner's minimum they are codes of errors.
     pub distances: Vec<u32>,
     /// Intensities, if they were requested.
     pub intensities: Vec<u32>,

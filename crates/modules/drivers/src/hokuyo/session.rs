@@ -7,13 +7,13 @@ use slate_module::Sequence;
 use super::response::{ScipDecoder, ScipResponse};
 use super::scan::{ScanCommand, ScipScan};
 use super::specification::ScannerSpecification;
-use crate::driver::{Conversation, DeviceFault};
+use crate::driver::{DeviceFault, DeviceProtocol};
 use crate::scan::{LaserSweep, MOST_BEAMS};
 
 /// Timeout of an answer before a command is repeated.
 const TIMEOUT: Duration = Duration::from_millis(300);
 /// Attempts of a command.
-const TRIES: u32 = 3;
+const MAX_ATTEMPTS: u32 = 3;
 /// Time without a scan after which the scanner is silent.
 const SILENCE: Duration = Duration::from_secs(1);
 
@@ -52,7 +52,7 @@ enum HokuyoPhase {
 pub struct HokuyoSession {
     options: HokuyoOptions,
     phase: HokuyoPhase,
-    asked: Duration,
+    requested_at: Duration,
     tries: u32,
     decoder: ScipDecoder,
     specification: ScannerSpecification,
@@ -60,9 +60,9 @@ pub struct HokuyoSession {
     scan: ScipScan,
     identity: String,
     refused: Option<DeviceFault>,
-    complaint: Option<String>,
+    device_error: Option<String>,
     /// Number of scans with another number of beams than requested.
-    misfits: u64,
+    mismatches: u64,
 }
 
 impl HokuyoSession {
@@ -71,7 +71,7 @@ impl HokuyoSession {
         Self {
             options,
             phase: HokuyoPhase::Quit,
-            asked: Duration::ZERO,
+            requested_at: Duration::ZERO,
             tries: 0,
             decoder: ScipDecoder::default(),
             specification: ScannerSpecification::default(),
@@ -79,18 +79,18 @@ impl HokuyoSession {
             scan: ScipScan::default(),
             identity: "a Hokuyo scanner".into(),
             refused: None,
-            complaint: None,
-            misfits: 0,
+            device_error: None,
+            mismatches: 0,
         }
     }
 
     fn enter(&mut self, phase: HokuyoPhase, now: Duration, outgoing: &mut Vec<u8>) {
         (self.phase, self.tries) = (phase, 0);
-        self.ask(now, outgoing);
+        self.request(now, outgoing);
     }
 
-    fn ask(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
-        self.asked = now;
+    fn request(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
+        self.requested_at = now;
         self.tries += 1;
         let command = match self.phase {
             // An old scanner starts in SCIP 1; a newer one refuses this command.
@@ -154,9 +154,9 @@ impl HokuyoSession {
             return false;
         }
         self.phase = HokuyoPhase::Scans;
-        self.complaint = None;
+        self.device_error = None;
         let is_whole = self.scan.read(&self.command, response).is_some();
-        self.misfits += u64::from(!is_whole);
+        self.mismatches += u64::from(!is_whole);
         is_whole
     }
 
@@ -165,9 +165,9 @@ impl HokuyoSession {
     fn take_status(&mut self, status: [u8; 2]) {
         let text = String::from_utf8_lossy(&status).into_owned();
         match text.parse::<u32>() {
-            Ok(0 | 98) => self.complaint = None,
+            Ok(0 | 98) => self.device_error = None,
             Ok(21..=49) => {
-                self.complaint = Some(format!("the scanner pauses to check itself (status {text})"))
+                self.device_error = Some(format!("the scanner pauses to check itself (status {text})"))
             }
             Ok(50..=97) => {
                 let text =
@@ -183,7 +183,7 @@ impl HokuyoSession {
 
     fn sweep(&self) -> LaserSweep {
         let ScannerSpecification { least, most, .. } = self.specification;
-        let metres = |distance: u32| {
+        let meters = |distance: u32| {
             // Below the minimum it is a code of an error, beyond the maximum there was no echo.
             if (least..=most).contains(&distance) {
                 (f64::from(distance) / 1000.0) as f32
@@ -194,7 +194,7 @@ impl HokuyoSession {
         let mut ranges = [0.0; MOST_BEAMS];
         let count = self.scan.distances.len().min(MOST_BEAMS);
         for (range, distance) in ranges.iter_mut().zip(&self.scan.distances) {
-            *range = metres(*distance);
+            *range = meters(*distance);
         }
         let cluster = f64::from(self.command.cluster.max(1));
         let increment = self.specification.increment();
@@ -217,12 +217,12 @@ fn command(options: &HokuyoOptions, specification: &ScannerSpecification) -> Sca
     ScanCommand { intensities: false, first, last, cluster: options.cluster, skip: options.skip, count: 0 }
 }
 
-impl Conversation for HokuyoSession {
+impl DeviceProtocol for HokuyoSession {
     type Value = LaserSweep;
 
     fn begin(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
         self.decoder.clear();
-        (self.refused, self.complaint) = (None, None);
+        (self.refused, self.device_error) = (None, None);
         self.enter(HokuyoPhase::Quit, now, outgoing);
     }
 
@@ -246,14 +246,14 @@ impl Conversation for HokuyoSession {
         if let Some(fault) = self.refused.take() {
             return Err(fault);
         }
-        if self.phase == HokuyoPhase::Scans || now.saturating_sub(self.asked) < TIMEOUT {
+        if self.phase == HokuyoPhase::Scans || now.saturating_sub(self.requested_at) < TIMEOUT {
             return Ok(());
         }
-        if self.tries >= TRIES {
+        if self.tries >= MAX_ATTEMPTS {
             // The silence of the line says more.
             return Ok(());
         }
-        self.ask(now, outgoing);
+        self.request(now, outgoing);
         Ok(())
     }
 
@@ -266,19 +266,19 @@ impl Conversation for HokuyoSession {
     }
 
     fn damaged(&self) -> u64 {
-        self.decoder.damaged() + self.misfits
+        self.decoder.damaged() + self.mismatches
     }
 
-    fn complaint(&self) -> Option<&str> {
-        self.complaint.as_deref()
+    fn device_error(&self) -> Option<&str> {
+        self.device_error.as_deref()
     }
 
     fn allowed_silence(&self) -> Option<Duration> {
         Some(match self.phase {
-            HokuyoPhase::Scans if self.complaint.is_some() => SILENCE * 10,
+            HokuyoPhase::Scans if self.device_error.is_some() => SILENCE * 10,
             HokuyoPhase::Scans => SILENCE * (1 + u32::from(self.options.skip) / 4),
             // All attempts of a command.
-            _ => TIMEOUT * (TRIES + 1),
+            _ => TIMEOUT * (MAX_ATTEMPTS + 1),
         })
     }
 

@@ -7,9 +7,9 @@ use super::response::ScipResponse;
 pub struct ScannerSpecification {
     /// Name of the model.
     pub model: String,
-    /// Minimum distance, millimetres.
+    /// Minimum distance, millimeters.
     pub least: u32,
-    /// Maximum distance, millimetres.
+    /// Maximum distance, millimeters.
     pub most: u32,
     /// Steps in a turn.
     pub resolution: u16,

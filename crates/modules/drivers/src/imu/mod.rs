@@ -45,7 +45,7 @@ reading!(ImuReading, Imu);
 
 impl DriverStart for VectorNavParams {
     type DriverReading = ImuReading;
-    type Conversation = ImuSession;
+    type DeviceProtocol = ImuSession;
 
     fn start(&self) -> Result<(LineAddress, ImuSession), Refusal> {
         let address = LineAddress::parse(self.device.as_str(), self.baud as u32, PORT)

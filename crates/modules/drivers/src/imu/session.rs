@@ -5,13 +5,13 @@ use std::time::Duration;
 use slate_interfaces::Imu;
 
 use super::message::{InertialSample, VectorNavMessage, error_text};
-use crate::driver::{Conversation, DeviceFault};
+use crate::driver::{DeviceFault, DeviceProtocol};
 use crate::sentence::{self, SentenceDecoder};
 
 /// Timeout of an answer before a command is repeated.
 const TIMEOUT: Duration = Duration::from_millis(250);
 /// Attempts of the commands.
-const TRIES: u32 = 4;
+const MAX_ATTEMPTS: u32 = 4;
 /// Register of the asynchronous message type, and the type `VNYMR`.
 const KIND: (u8, u8) = (6, 14);
 /// Register with their number in a second.
@@ -37,12 +37,12 @@ pub struct ImuOptions {
 pub struct ImuSession {
     options: ImuOptions,
     decoder: SentenceDecoder,
-    asked: Duration,
+    requested_at: Duration,
     tries: u32,
     /// Answers received: model, message type and rate.
     answered: [bool; 3],
     identity: String,
-    complaint: Option<String>,
+    device_error: Option<String>,
 }
 
 impl ImuSession {
@@ -51,18 +51,18 @@ impl ImuSession {
         Self {
             options,
             decoder: SentenceDecoder::default(),
-            asked: Duration::ZERO,
+            requested_at: Duration::ZERO,
             tries: 0,
             answered: [false; 3],
             identity: "a VectorNav sensor".into(),
-            complaint: None,
+            device_error: None,
         }
     }
 
     /// Sends the commands without an answer.
     /// They change the sensor until it is switched off.
-    fn ask(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
-        self.asked = now;
+    fn request(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
+        self.requested_at = now;
         self.tries += 1;
         let [has_model, has_kind, has_rate] = self.answered;
         if !has_model {
@@ -90,12 +90,12 @@ impl ImuSession {
             VectorNavMessage::Error(code) => {
                 let remedy =
                     if code == TOO_SLOW { ": raise the sensor's baud rate, or lower `rate`" } else { "" };
-                self.complaint =
+                self.device_error =
                     Some(format!("the sensor reports error {code} ({}){remedy}", error_text(code)));
             }
         }
         if self.answered == [true; 3] {
-            self.complaint = None;
+            self.device_error = None;
         }
         None
     }
@@ -116,13 +116,13 @@ impl ImuSession {
     }
 }
 
-impl Conversation for ImuSession {
+impl DeviceProtocol for ImuSession {
     type Value = Imu;
 
     fn begin(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
         self.decoder.clear();
-        (self.answered, self.tries, self.complaint) = ([false; 3], 0, None);
-        self.ask(now, outgoing);
+        (self.answered, self.tries, self.device_error) = ([false; 3], 0, None);
+        self.request(now, outgoing);
     }
 
     fn receive(&mut self, bytes: &[u8], _: Duration, _: &mut Vec<u8>, take: &mut dyn FnMut(&Imu)) {
@@ -136,9 +136,9 @@ impl Conversation for ImuSession {
     }
 
     fn poll(&mut self, now: Duration, outgoing: &mut Vec<u8>) -> Result<(), DeviceFault> {
-        let waits = self.answered != [true; 3] && self.tries < TRIES;
-        if waits && now.saturating_sub(self.asked) >= TIMEOUT {
-            self.ask(now, outgoing);
+        let waits = self.answered != [true; 3] && self.tries < MAX_ATTEMPTS;
+        if waits && now.saturating_sub(self.requested_at) >= TIMEOUT {
+            self.request(now, outgoing);
         }
         Ok(())
     }
@@ -151,12 +151,12 @@ impl Conversation for ImuSession {
         self.decoder.damaged()
     }
 
-    fn complaint(&self) -> Option<&str> {
-        self.complaint.as_deref()
+    fn device_error(&self) -> Option<&str> {
+        self.device_error.as_deref()
     }
 
     fn allowed_silence(&self) -> Option<Duration> {
-        Some(TIMEOUT * (TRIES + 1))
+        Some(TIMEOUT * (MAX_ATTEMPTS + 1))
     }
 
     fn nominal_rate(&self) -> Option<f64> {

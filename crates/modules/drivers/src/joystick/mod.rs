@@ -30,7 +30,7 @@ reading!(JoyReading, Joy);
 
 impl DriverStart for JoystickParams {
     type DriverReading = JoyReading;
-    type Conversation = JoystickSession;
+    type DeviceProtocol = JoystickSession;
 
     const LASTS: bool = true;
 

@@ -6,7 +6,7 @@ use slate_interfaces::Joy;
 use slate_module::Sequence;
 
 use super::event::{EVENT, JoystickChange, JoystickEvent};
-use crate::driver::{Conversation, DeviceFault};
+use crate::driver::{DeviceFault, DeviceProtocol};
 
 /// Time until the state at the beginning.
 const TIMEOUT: Duration = Duration::from_secs(2);
@@ -58,7 +58,7 @@ fn axis(value: i16, deadzone: f64) -> f32 {
     if beyond <= 0.0 { 0.0 } else { (value.signum() * beyond / (1.0 - deadzone)) as f32 }
 }
 
-impl Conversation for JoystickSession {
+impl DeviceProtocol for JoystickSession {
     type Value = Joy;
 
     fn begin(&mut self, _: Duration, _: &mut Vec<u8>) {
@@ -101,7 +101,7 @@ impl Conversation for JoystickSession {
     }
 
     fn allowed_silence(&self) -> Option<Duration> {
-        // A joystick that nobody moves says nothing.
+        // A joystick at rest sends nothing.
         (self.counts == (0, 0)).then_some(TIMEOUT)
     }
 }

@@ -39,7 +39,7 @@ pub struct RplidarParams {
 
 impl DriverStart for RplidarParams {
     type DriverReading = SweepReading;
-    type Conversation = RplidarSession;
+    type DeviceProtocol = RplidarSession;
 
     fn start(&self) -> Result<(LineAddress, RplidarSession), Refusal> {
         let address = LineAddress::parse(self.device.as_str(), self.baud as u32, PORT)

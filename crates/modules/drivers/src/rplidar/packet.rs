@@ -128,7 +128,7 @@ pub struct RplidarNode {
     pub quality: u8,
     /// Direction, clockwise from the front, 1/64 degree; 15 bits.
     pub angle: u16,
-    /// Distance, 1/4 millimetre; 0 without an echo.
+    /// Distance, 1/4 millimeter; 0 without an echo.
     pub distance: u16,
 }
 
@@ -160,7 +160,7 @@ impl RplidarNode {
         -(f64::from(self.angle) / 64.0).to_radians()
     }
 
-    /// Returns the distance, metres; `None` without an echo.
+    /// Returns the distance, meters; `None` without an echo.
     pub fn range(&self) -> Option<f64> {
         (self.distance > 0).then(|| f64::from(self.distance) / 4000.0)
     }
@@ -200,17 +200,17 @@ impl PacketDecoder {
     pub fn receive(&mut self, bytes: &[u8], mut take: impl FnMut(RplidarPacket<'_>)) {
         for byte in bytes {
             self.held.push(*byte);
-            while let Some(used) = self.look(&mut take) {
+            while let Some(used) = self.next_packet(&mut take) {
                 self.held.drain(..used);
             }
         }
     }
 
     /// Decodes the beginning of the held bytes; returns the number consumed, if any.
-    fn look(&mut self, take: &mut impl FnMut(RplidarPacket<'_>)) -> Option<usize> {
+    fn next_packet(&mut self, take: &mut impl FnMut(RplidarPacket<'_>)) -> Option<usize> {
         let first = *self.held.first()?;
         match self.expects {
-            Some(ResponseKind::Scan) => self.look_for_node(take),
+            Some(ResponseKind::Scan) => self.find_node(take),
             Some(kind) if self.held.len() >= kind.length() => {
                 self.expects = None;
                 let data = &self.held[..kind.length()];
@@ -239,7 +239,7 @@ impl PacketDecoder {
         }
     }
 
-    fn look_for_node(&mut self, take: &mut impl FnMut(RplidarPacket<'_>)) -> Option<usize> {
+    fn find_node(&mut self, take: &mut impl FnMut(RplidarPacket<'_>)) -> Option<usize> {
         let needed = if self.in_step { NODE } else { RIGHT * NODE };
         if self.held.len() < needed {
             return None;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::packet::{PacketDecoder, RplidarNode, RplidarPacket, RplidarRequest};
 use super::sweep::TurnBuilder;
-use crate::driver::{Conversation, DeviceFault};
+use crate::driver::{DeviceFault, DeviceProtocol};
 use crate::scan::LaserSweep;
 
 /// Timeout of an answer before a request is repeated.
@@ -12,7 +12,7 @@ const TIMEOUT: Duration = Duration::from_millis(500);
 /// Time that the scanner needs after a stop.
 const PAUSE: Duration = Duration::from_millis(50);
 /// Attempts of a request.
-const TRIES: u32 = 4;
+const MAX_ATTEMPTS: u32 = 4;
 /// Time without a turn after which the scanner is silent.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Time until the motor turns.
@@ -26,9 +26,9 @@ const SLOWEST: f64 = 5.0;
 pub struct RplidarOptions {
     /// Beams of a scan.
     pub beams: usize,
-    /// Minimum range, metres.
+    /// Minimum range, meters.
     pub range_min: f64,
-    /// Maximum range, metres.
+    /// Maximum range, meters.
     pub range_max: f64,
     /// Speed of the motor, 0 to 1023.
     pub motor: u16,
@@ -54,7 +54,7 @@ enum RplidarPhase {
 pub struct RplidarSession {
     options: RplidarOptions,
     phase: RplidarPhase,
-    asked: Duration,
+    requested_at: Duration,
     tries: u32,
     decoder: PacketDecoder,
     turn: TurnBuilder,
@@ -64,7 +64,7 @@ pub struct RplidarSession {
     has_turned: bool,
     identity: String,
     refused: Option<DeviceFault>,
-    complaint: Option<String>,
+    device_error: Option<String>,
 }
 
 impl RplidarSession {
@@ -73,7 +73,7 @@ impl RplidarSession {
         Self {
             options,
             phase: RplidarPhase::Stop,
-            asked: Duration::ZERO,
+            requested_at: Duration::ZERO,
             tries: 0,
             decoder: PacketDecoder::default(),
             turn: TurnBuilder::new(options.beams, options.range_min, options.range_max),
@@ -81,17 +81,17 @@ impl RplidarSession {
             has_turned: false,
             identity: "an RPLIDAR".into(),
             refused: None,
-            complaint: None,
+            device_error: None,
         }
     }
 
     fn enter(&mut self, phase: RplidarPhase, now: Duration, outgoing: &mut Vec<u8>) {
         (self.phase, self.tries) = (phase, 0);
-        self.ask(now, outgoing);
+        self.request(now, outgoing);
     }
 
-    fn ask(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
-        self.asked = now;
+    fn request(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
+        self.requested_at = now;
         self.tries += 1;
         match self.phase {
             RplidarPhase::Stop => RplidarRequest::Stop.append(outgoing),
@@ -118,7 +118,7 @@ impl RplidarSession {
                 self.enter(RplidarPhase::Health, now, outgoing);
             }
             (RplidarPhase::Health, RplidarPacket::Health(status, code)) => {
-                self.complaint =
+                self.device_error =
                     (status == 1).then(|| format!("the scanner warns of itself (code {code:#06x})"));
                 if status > 1 {
                     RplidarRequest::Reset.append(outgoing);
@@ -162,13 +162,13 @@ fn identity(data: &[u8]) -> String {
     format!("RPLIDAR {series} (model {model}, firmware {major}.{minor:02}, {serial})")
 }
 
-impl Conversation for RplidarSession {
+impl DeviceProtocol for RplidarSession {
     type Value = LaserSweep;
 
     fn begin(&mut self, now: Duration, outgoing: &mut Vec<u8>) {
         self.decoder.clear();
         let _ = self.turn.finish();
-        (self.refused, self.complaint) = (None, None);
+        (self.refused, self.device_error) = (None, None);
         (self.has_begun, self.has_turned) = (false, false);
         self.enter(RplidarPhase::Stop, now, outgoing);
     }
@@ -197,11 +197,11 @@ impl Conversation for RplidarSession {
         if let Some(fault) = self.refused.take() {
             return Err(fault);
         }
-        let passed = now.saturating_sub(self.asked);
+        let passed = now.saturating_sub(self.requested_at);
         match self.phase {
             RplidarPhase::Stop if passed >= PAUSE => self.enter(RplidarPhase::Information, now, outgoing),
             RplidarPhase::Stop | RplidarPhase::Scan => {}
-            _ if passed >= TIMEOUT && self.tries < TRIES => self.ask(now, outgoing),
+            _ if passed >= TIMEOUT && self.tries < MAX_ATTEMPTS => self.request(now, outgoing),
             _ => {}
         }
         Ok(())
@@ -220,14 +220,14 @@ impl Conversation for RplidarSession {
         self.decoder.damaged()
     }
 
-    fn complaint(&self) -> Option<&str> {
-        self.complaint.as_deref()
+    fn device_error(&self) -> Option<&str> {
+        self.device_error.as_deref()
     }
 
     fn allowed_silence(&self) -> Option<Duration> {
         Some(match self.phase {
             RplidarPhase::Scan if self.has_turned => SILENCE,
-            _ => TIMEOUT * TRIES + SPIN_UP,
+            _ => TIMEOUT * MAX_ATTEMPTS + SPIN_UP,
         })
     }
 

@@ -13,7 +13,7 @@ pub struct SimulatedGps {
     point: Option<GeographicPoint>,
     /// Kind of the fix, as GGA numbers it.
     quality: u8,
-    /// Standard deviations north, east and up (metres), of a receiver with GST.
+    /// Standard deviations north, east and up (meters), of a receiver with GST.
     stddev: Option<[f64; 3]>,
     rate: f64,
     beat: PeriodClock,
@@ -38,7 +38,7 @@ impl SimulatedGps {
         self.quality = quality;
     }
 
-    /// Sets standard deviations to the north, to the east and up, metres.
+    /// Sets standard deviations to the north, to the east and up, meters.
     pub fn set_stddev(&mut self, stddev: Option<[f64; 3]>) {
         self.stddev = stddev;
     }

@@ -11,7 +11,7 @@ use crate::hokuyo::specification::ScannerSpecification;
 #[derive(Clone, Debug)]
 pub struct SimulatedHokuyo {
     specification: ScannerSpecification,
-    /// Distance at each step, millimetres.
+    /// Distance at each step, millimeters.
     distances: Vec<u32>,
     line: Vec<u8>,
     outgoing: Vec<u8>,
@@ -53,7 +53,7 @@ impl Default for SimulatedHokuyo {
 }
 
 impl SimulatedHokuyo {
-    /// Sets the distance at each step, millimetres.
+    /// Sets the distance at each step, millimeters.
     pub fn set_distances(&mut self, distance: impl Fn(u16) -> u32) {
         for (step, place) in (0..).zip(&mut self.distances) {
             *place = distance(step);

@@ -10,7 +10,7 @@ const NODES: usize = 360;
 /// Simulated RPLIDAR A2 of Slamtec, which measures at each degree.
 #[derive(Clone, Debug)]
 pub struct SimulatedRplidar {
-    /// Distances at each degree clockwise from the front, quarters of a millimetre.
+    /// Distances at each degree clockwise from the front, quarters of a millimeter.
     /// 0 without an echo.
     distances: [u16; NODES],
     received: Vec<u8>,
@@ -39,7 +39,7 @@ impl Default for SimulatedRplidar {
 
 impl SimulatedRplidar {
     /// Sets the distance at each degree clockwise from the front.
-    /// Quarters of a millimetre; 0 without an echo.
+    /// Quarters of a millimeter; 0 without an echo.
     pub fn set_distances(&mut self, distance: impl Fn(u16) -> u16) {
         for (degree, place) in (0..).zip(&mut self.distances) {
             *place = distance(degree);

@@ -57,7 +57,7 @@ impl CertaintyGrid {
         })
     }
 
-    /// Centres the window on a point, and fades certainties for a time, s.
+    /// Centers the window on a point, and fades certainties for a time, s.
     /// It stays where it is for an invalid pose or time.
     pub fn advance(&mut self, robot: &Pose2, seconds: f64) {
         if !(robot.is_known() && seconds.is_finite()) {

@@ -144,7 +144,7 @@ impl AmclState {
         begin(localization, field, (io, params), now)?;
         let odometry = io.odometry.get().ok_or(InputFault::new(FaultyInput::Odometry, "has no value yet"))?;
         self.odometry.fault()?;
-        // Without a scan, too, so that the estimate goes on by the odometry, and a jump later is one from here.
+        // Without a scan, too, so that the estimate continues by the odometry, and a jump later is one from here.
         now.random(|random| localization.update(odometry.pose, &[], field, random));
         let scan = io.scan.get().ok_or(InputFault::new(FaultyInput::Scan, "has no value yet"))?;
         self.scan.fault(params.scan_timeout, now)?;

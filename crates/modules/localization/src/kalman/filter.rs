@@ -44,7 +44,7 @@ pub enum MeasurementOutcome {
     Accepted(f64),
     /// Rejected as an outlier, with its Mahalanobis distance.
     Rejected(f64),
-    /// Left out, as it is older than the history by so many seconds.
+    /// Left out: older than the history, by this time in seconds.
     TooLate(f64),
     /// Invalid: numbers that are not finite, or no positive standard deviation.
     Invalid,
@@ -127,7 +127,7 @@ impl PlanarFilter {
             return MeasurementOutcome::Invalid;
         }
         let Some(newest) = self.belief else { return MeasurementOutcome::NoPose };
-        // Entries after the measurement, of which there are none but for a late one.
+        // Entries after the measurement; only a late measurement has any.
         let later = self.history.iter().rev().take_while(|entry| entry.belief.time > time).count();
         if later == self.history.len() || seconds(time, newest.time) > self.parameters.history_length {
             return MeasurementOutcome::TooLate(seconds(time, newest.time));

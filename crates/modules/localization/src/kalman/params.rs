@@ -34,9 +34,9 @@ pub struct EkfParams {
     odom0_twist_rejection_threshold: f64,
     #[param(default = "vyaw", doc = "variables of the IMU that are used, of yaw vyaw")]
     imu0_config: Text<28>,
-    #[param(default = 0.1, range = 0.0001..=10.0, unit = "rad", doc = "yaw of an IMU that does not say")]
+    #[param(default = 0.1, range = 0.0001..=10.0, unit = "rad", doc = "yaw of an IMU without a covariance")]
     imu0_yaw_stddev: f64,
-    #[param(default = 0.02, range = 0.0001..=100.0, unit = "rad/s", doc = "angular velocity of an IMU that does not say")]
+    #[param(default = 0.02, range = 0.0001..=100.0, unit = "rad/s", doc = "angular velocity of an IMU without a covariance")]
     imu0_angular_velocity_stddev: f64,
     #[param(default = 1e6, range = 0.1..=1e6, doc = "distance from which the yaw of the IMU is an outlier")]
     imu0_pose_rejection_threshold: f64,
@@ -50,11 +50,11 @@ pub struct EkfParams {
     position_stddev: f64,
     #[param(default = 5.0, range = 0.1..=1e6, doc = "distance from which a position is an outlier")]
     position_rejection_threshold: f64,
-    #[param(default = 3.0, range = 0.0001..=1000.0, unit = "m", doc = "x and y of a satellite fix that does not say")]
+    #[param(default = 3.0, range = 0.0001..=1000.0, unit = "m", doc = "x and y of a satellite fix without a covariance")]
     fix_stddev: f64,
     #[param(default = 5.0, range = 0.1..=1e6, doc = "distance from which a satellite fix is an outlier")]
     fix_rejection_threshold: f64,
-    #[param(default = false, doc = "true: x and y are metres from the datum; false: from the first fix")]
+    #[param(default = false, doc = "true: x and y are meters from the datum; false: from the first fix")]
     wait_for_datum: Bool,
     #[param(default = 0.0, range = -90.0..=90.0, unit = "deg", doc = "latitude of the datum")]
     datum_latitude: f64,

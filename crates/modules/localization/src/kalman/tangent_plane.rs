@@ -31,7 +31,7 @@ impl TangentPlane {
         })
     }
 
-    /// Projects a latitude and longitude in degrees to metres east and north.
+    /// Projects a latitude and longitude in degrees to meters east and north.
     pub fn project(&self, latitude: f64, longitude: f64) -> [f64; 2] {
         let east = (longitude - self.longitude).to_radians();
         let [from_axis, from_equator] = meridian_place(latitude.to_radians());

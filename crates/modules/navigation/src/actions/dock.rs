@@ -59,7 +59,7 @@ impl Action<NavigationBody> for Dock {
     fn act(&mut self, acting: &Acting<'_, NavigationBody>) -> Step {
         let Acting { body, priority, now } = *acting;
         let Ok(inputs) = ControlInputs::read(body) else {
-            // It goes on when they are well again.
+            // It continues when they are well again.
             body.stand(priority);
             return Step::Running;
         };

@@ -11,7 +11,7 @@ use crate::frames::distance;
 
 /// Follows the newest path of the Plan to its end, with any heading there.
 ///
-/// While an input is missing or old it stands, says which, and goes on when that is well again.
+/// While an input is missing or old it stands, says which, and continues when that is well again.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowPath {
     controller: PathController,
@@ -52,7 +52,7 @@ pub enum FollowStep {
 const SAME_GOAL: f64 = 0.3;
 /// Angular velocity per error of the heading, 1/s, and the least one, rad/s.
 const TURN_GAIN: f64 = 1.5;
-const LEAST_TURN: f64 = 0.15;
+const MIN_ANGULAR_VELOCITY: f64 = 0.15;
 /// Factor by which the tolerance grows once the robot is within it.
 const HYSTERESIS: f64 = 2.0;
 
@@ -137,7 +137,7 @@ impl FollowPath {
             return Ok(PathVelocity::Arrived);
         }
         let most = 0.6 * settings.wz_max;
-        let speed = math::clamp(TURN_GAIN * error.abs(), LEAST_TURN, most);
+        let speed = math::clamp(TURN_GAIN * error.abs(), MIN_ANGULAR_VELOCITY, most);
         let turn = PlanarVelocity { wz: if error < 0.0 { -speed } else { speed }, ..PlanarVelocity::ZERO };
         let is_free = self.controller.is_free(&inputs, turn, body)?;
         Ok(if is_free { PathVelocity::Free(turn) } else { PathVelocity::NoneFree })
@@ -149,7 +149,7 @@ impl FollowPath {
             (before, Some(input)) if before != missing => {
                 now.warn(format_args!("{input}; the robot stands until that is well again"));
             }
-            (Some(_), None) => now.info(format_args!("all inputs are well again: the robot goes on")),
+            (Some(_), None) => now.info(format_args!("all inputs are valid again: the robot continues")),
             _ => {}
         }
     }

@@ -10,9 +10,9 @@ use crate::costs::from_percent;
 
 /// Search radius for a passable start cell, m.
 /// It is used where the robot's own cell is not passable.
-const START_REACH: f64 = 0.5;
+const START_SEARCH_RADIUS: f64 = 0.5;
 /// Search radius for the nearest free point to a goal, m.
-const OFFER_REACH: f64 = 4.0;
+const GOAL_SEARCH_RADIUS: f64 = 4.0;
 
 /// Costmap as a grid for searches; rebuilt for each costmap.
 pub struct RouteGrid {
@@ -53,7 +53,7 @@ impl RouteGrid {
         if self.costs.is_passable(cell) && self.cell(point) == Some(cell) {
             return Some(point);
         }
-        self.costs.nearest_passable(cell, self.cells(OFFER_REACH)).map(|cell| self.center(cell))
+        self.costs.nearest_passable(cell, self.cells(GOAL_SEARCH_RADIUS)).map(|cell| self.center(cell))
     }
 
     /// Returns whether a straight line between two points is free.
@@ -83,7 +83,7 @@ impl RouteGrid {
 
     /// Returns the robot's cell, or the nearest one in which it may be.
     fn start(&self, point: Point2) -> Option<GridCell> {
-        self.costs.nearest_passable(self.cell(point)?, self.cells(START_REACH))
+        self.costs.nearest_passable(self.cell(point)?, self.cells(START_SEARCH_RADIUS))
     }
 
     /// Returns the number of cells that cover a distance in m.

@@ -114,7 +114,7 @@ impl HybridAStar {
     /// Searches a path from a start to a goal; its poses are half a cell apart at most.
     ///
     /// # Errors
-    /// There is none, or none was found.
+    /// No path exists, or none was found.
     pub fn search(
         &mut self,
         grid: &FootprintGrid,

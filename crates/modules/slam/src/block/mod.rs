@@ -51,7 +51,7 @@ pub struct SlamIo {
 /// 2D SLAM from odometry and laser scans: pose and map.
 /// By a pose graph or a particle filter.
 ///
-/// A scan is inserted after some travel, and between two of them the pose goes on by the odometry. Loops are searched in
+/// A scan is inserted after some travel, and between two of them the pose continues by the odometry. Loops are searched in
 /// units of which a step makes some, so that no step takes long; their number is a parameter and depends on no clock, so a
 /// run repeats. A bad input is named in the log, and the pose is not published until it has recovered.
 pub struct Slam;
@@ -148,13 +148,13 @@ impl SlamState {
         }
         let odometry = io.odometry.get().ok_or(InputFault::new(FaultyInput::Odometry, "has no value yet"))?;
         self.odometry.fault()?;
-        // Without a scan, too, so that the pose goes on by the odometry.
+        // Without a scan, too, so that the pose continues by the odometry.
         self.travel.advance(odometry.pose);
         let is_reset = self.reset(io, params, now);
         let scan = io.scan.get().ok_or(InputFault::new(FaultyInput::Scan, "has no value yet"))?;
         self.scan.fault(params.scan_timeout, now)?;
         let mount = laser_mount(io.robot.get(), params.laser.as_str())?;
-        if !(io.scan.is_new() && (is_reset || self.has_travelled(params))) {
+        if !(io.scan.is_new() && (is_reset || self.has_traveled(params))) {
             return Ok(());
         }
         ends_of_beams(scan, &mount, params.beams(), &mut self.points);
@@ -190,7 +190,7 @@ impl SlamState {
     }
 
     /// Returns true if the robot has moved enough for another scan.
-    fn has_travelled(&self, params: &SlamParams) -> bool {
+    fn has_traveled(&self, params: &SlamParams) -> bool {
         let is_first = self.slam.as_ref().is_none_or(|slam| slam.poses().is_empty());
         let moved = se2::relative(self.inserted, self.travel.pose());
         let [distance, angle] = params.minimum_travel();

@@ -32,11 +32,11 @@ pub struct SlamParams {
     max_laser_range: f64,
     #[param(default = 0.0, range = 0.0..=1000.0, unit = "m", doc = "ranges up to here are no measurement")]
     min_laser_range: f64,
-    #[param(default = 0.1, range = 0.001..=10.0, unit = "m/sqrt(m)", doc = "deviation of the odometry's translation after a metre")]
+    #[param(default = 0.1, range = 0.001..=10.0, unit = "m/sqrt(m)", doc = "deviation of the odometry's translation after a meter")]
     odometry_translation_stddev: f64,
     #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(rad)", doc = "deviation of its rotation after a radian")]
     odometry_rotation_stddev: f64,
-    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(m)", doc = "deviation of its rotation after a metre")]
+    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(m)", doc = "deviation of its rotation after a meter")]
     odometry_drift_stddev: f64,
     #[param(default = 0.4, range = 0.0..=10.0, unit = "m", doc = "farthest that the odometry is wrong between two scans")]
     search_distance: f64,

@@ -23,7 +23,7 @@ const LEAST_MARGIN: f64 = 0.15;
 pub struct AprilTag {
     /// Number within the family, 0 to 29.
     pub number: u32,
-    /// Corners of the black frame from its top left, clockwise as it is printed, px.
+    /// Corners of the black frame from its top left, clockwise as printed, px.
     pub corners: [[f64; 2]; 4],
     /// Confidence, 0 to 1.
     /// The least distance of a cell from the threshold, as a part of the largest possible.
@@ -123,7 +123,7 @@ fn sample(image: &BrightnessImage<'_>, homography: &Homography) -> Option<[[f64;
     let mut cells = [[0.0; CELLS]; CELLS];
     for (row, line) in cells.iter_mut().enumerate() {
         for (column, cell) in line.iter_mut().enumerate() {
-            // The middle of a cell, where neither blur nor a wrong corner brings much of its neighbours.
+            // The middle of a cell, where neither blur nor a wrong corner brings much of its neighbors.
             for (x, y) in [(0.35, 0.35), (0.65, 0.35), (0.5, 0.5), (0.35, 0.65), (0.65, 0.65)] {
                 let point = [(column as f64 + x) / CELLS as f64, (row as f64 + y) / CELLS as f64];
                 *cell += image.at(homography.map(point))? / 5.0;

@@ -4,7 +4,7 @@ use super::BrightnessImage;
 
 /// Side of the tiles whose extremes are the local threshold, px.
 const TILE: usize = 8;
-/// Least contrast of a neighbourhood, levels of 255.
+/// Least contrast of a neighborhood, levels of 255.
 const LEAST_CONTRAST: u8 = 25;
 /// Least side of a region's box, px: two for each cell.
 const LEAST_SIDE: usize = 12;
@@ -51,7 +51,7 @@ impl DarkRegions {
     }
 
     /// Marks dark pixels.
-    /// They are darker than the middle of their neighbourhood's extremes.
+    /// They are darker than the middle of their neighborhood's extremes.
     fn threshold(&mut self, image: &BrightnessImage<'_>) {
         let (columns, rows) = (image.width.div_ceil(TILE), image.height.div_ceil(TILE));
         self.tiles.clear();
@@ -101,15 +101,15 @@ impl DarkRegions {
             at += 1;
             let (x, y) = (pixel % width, pixel / width);
             (left, right, bottom) = (left.min(x), right.max(x), bottom.max(y));
-            let neighbours = [
+            let neighbors = [
                 (x > 0).then(|| pixel - 1),
                 (x + 1 < width).then_some(pixel + 1),
                 (y > 0).then(|| pixel - width),
                 (y + 1 < height).then_some(pixel + width),
             ];
-            for neighbour in neighbours.into_iter().flatten() {
-                if std::mem::take(&mut self.is_dark[neighbour]) {
-                    self.members.push(neighbour);
+            for neighbor in neighbors.into_iter().flatten() {
+                if std::mem::take(&mut self.is_dark[neighbor]) {
+                    self.members.push(neighbor);
                 }
             }
         }

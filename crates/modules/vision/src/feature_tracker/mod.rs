@@ -19,9 +19,9 @@ use track::{FeatureTrack, TrackState};
 use viewpoint::{FreeSpace, viewpoint};
 
 /// Largest number of cells of a map.
-const MOST_CELLS: usize = 1 << 22;
+const MAX_CELLS: usize = 1 << 22;
 /// Most tracks, and most victims that are reported.
-const MOST: usize = 32;
+const MAX_TRACKS: usize = 32;
 /// Time between two choices of the place to look from, ns.
 const CHOICE: u64 = 1_000_000_000;
 
@@ -48,7 +48,7 @@ pub struct FeatureTrackerState {
 /// Examination of a candidate.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Examination {
-    /// Place of the track in the list; they are never moved while one goes on.
+    /// Place of the track in the list; they are never moved while one continues.
     track: usize,
     since: u64,
 }
@@ -69,7 +69,7 @@ impl Module for FeatureTracker {
         if let (Some(features), Some(pose)) = (io.features.updated(), pose)
             && let Some(view) = CameraView::of(io, pose)
         {
-            let map = io.map.get().and_then(|map| Some((Geometry::of(map, MOST_CELLS)?, map)));
+            let map = io.map.get().and_then(|map| Some((Geometry::of(map, MAX_CELLS)?, map)));
             for feature in
                 features.list.iter().filter(|feature| feature.label.as_str() == params.label.as_str())
             {
@@ -96,7 +96,7 @@ impl FeatureTrackerState {
         let nearest = near.min_by(|(a, _), (b, _)| a.total_cmp(b));
         match nearest {
             Some((_, at)) => self.tracks[at].update(sight, now.now()),
-            None if self.tracks.len() < MOST => self.tracks.push(FeatureTrack::new(sight, now.now())),
+            None if self.tracks.len() < MAX_TRACKS => self.tracks.push(FeatureTrack::new(sight, now.now())),
             None => {}
         }
     }
@@ -122,7 +122,7 @@ impl FeatureTrackerState {
         // A reported one is placed better by each further sight.
         if is_new || io.features.is_new() {
             let victims = self.tracks.iter().filter_map(|track| track.found());
-            let mut list: Vec<FoundVictim> = victims.take(MOST).collect();
+            let mut list: Vec<FoundVictim> = victims.take(MAX_TRACKS).collect();
             list.sort_by_key(|victim| victim.id);
             io.victims.set(FoundVictims { list: Sequence::new(&list) });
         }
@@ -191,7 +191,7 @@ impl FeatureTrackerState {
         let is_due = self.chosen_at.is_none_or(|at| now.now().saturating_sub(at) >= CHOICE);
         let (Some(pose), Some(map), true) = (pose, map, is_due) else { return };
         self.chosen_at = Some(now.now());
-        let Some(geometry) = Geometry::of(map, MOST_CELLS) else { return };
+        let Some(geometry) = Geometry::of(map, MAX_CELLS) else { return };
         let around = FreeSpace { geometry, cells: &map.data, clearance: params.viewpoint_clearance };
         // One that is still free stays, so that the robot does not turn back and forth.
         let kept = self.viewpoint.filter(|kept| around.sees(*kept, [x, y], params.view_distance));

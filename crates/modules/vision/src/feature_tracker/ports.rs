@@ -127,6 +127,6 @@ pub struct FeatureTrackerParams {
     examination_timeout: f64,
     #[param(default = 1.4, range = 0.1..=20.0, unit = "m", doc = "distance from which a candidate is looked at")]
     view_distance: f64,
-    #[param(default = 0.45, range = 0.0..=5.0, unit = "m", doc = "least distance of that place to what is occupied")]
+    #[param(default = 0.45, range = 0.0..=5.0, unit = "m", doc = "least distance of that place to occupied cells")]
     viewpoint_clearance: f64,
 }

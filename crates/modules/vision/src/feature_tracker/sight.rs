@@ -13,7 +13,7 @@ const OCCUPIED: i8 = 65;
 const FREE: i8 = 50;
 /// Free distance at both sides of an object that stands alone, m.
 /// It is its least thickness, too.
-const ASIDE: f64 = 0.7;
+const FREE_SIDE_DISTANCE: f64 = 0.7;
 const THICKNESS: f64 = 0.5;
 /// Error of the edges of a box, pixels.
 const EDGE_ERROR: f64 = 2.5;
@@ -32,7 +32,7 @@ const CORRELATION: f64 = 4.0;
 
 /// A camera in the map.
 pub(super) struct CameraView {
-    /// Of its optical centre: x, y and height, m.
+    /// Of its optical center: x, y and height, m.
     position: [f64; 3],
     /// Heading of the robot and angles of the head, rad.
     theta: f64,
@@ -162,7 +162,7 @@ fn wall_range(
     let is_wall = |k: &usize| value(range_of(*k), 0.0).is_some_and(|value| value >= OCCUPIED);
     let Some(wall) = (0..steps).find(is_wall) else { return (f64::INFINITY, None) };
     let is_free = |aside: f64| value(range_of(wall), aside).is_some_and(|value| (0..FREE).contains(&value));
-    let stands_alone = is_free(ASIDE) && is_free(-ASIDE);
+    let stands_alone = is_free(FREE_SIDE_DISTANCE) && is_free(-FREE_SIDE_DISTANCE);
     let next = (wall + (THICKNESS / step) as usize..steps).find(is_wall).unwrap_or(steps);
     (range_of(wall), stands_alone.then(|| range_of(next)))
 }

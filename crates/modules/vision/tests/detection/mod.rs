@@ -46,7 +46,7 @@ fn process(world: &World, pan: f64) -> (ImageDetections, ImageSharpness) {
 }
 
 #[test]
-fn a_victim_is_found_and_things_in_its_colours_are_not() {
+fn a_victim_is_found_and_things_in_its_colors_are_not() {
     let mut world = plain();
     for (number, shape) in [DecoyShape::Ball, DecoyShape::Cloth, DecoyShape::Board].into_iter().enumerate() {
         let position = [2.5, number as f64 - 1.0, 0.0];

@@ -79,7 +79,7 @@ impl Running {
         self.network.as_ref().unwrap()
     }
 
-    /// A number on the board; NaN when there is none.
+    /// A number on the board; NaN without one.
     pub fn number(&self, path: &str) -> f64 {
         let found = self.surface.board().read(path).unwrap();
         found.and_then(|(value, _): (Value, _)| value.as_f64()).unwrap_or(f64::NAN)
@@ -109,7 +109,7 @@ pub fn refused(configuration: &str) -> String {
     }
 }
 
-/// Ports that nobody has now.
+/// Free ports.
 pub fn ports<const N: usize>() -> [u16; N] {
     let listeners = [(); N].map(|()| TcpListener::bind("127.0.0.1:0").unwrap());
     listeners.map(|listener| listener.local_addr().unwrap().port())

@@ -29,7 +29,7 @@ const HEADER_SIZE: usize = 196;
 /// Maximum size of an interface, bytes.
 const MAX_INTERFACE_SIZE: u32 = 1 << 20;
 
-/// The interfaces of lasers don't say how far one sees, metres.
+/// The interfaces of lasers don't say how far one sees, meters.
 const RANGE_MAX: f64 = 100.0;
 
 /// Header of a file.
@@ -227,7 +227,7 @@ impl<W: Write> Log<'_, W> {
         match self.head.interface.as_str() {
             "Laser360Interface" | "Laser720Interface" | "Laser1080Interface" => {
                 let mut ranges: Vec<f32> =
-                    layout.numbers(values, "distances").iter().map(|metres| *metres as f32).collect();
+                    layout.numbers(values, "distances").iter().map(|meters| *meters as f32).collect();
                 for range in &mut ranges {
                     // Nothing was seen there.
                     if range.is_nan() || *range <= 0.0 {

@@ -19,7 +19,7 @@ pub(super) enum CarmenEntry {
     },
     Odometry {
         pose: Pose2,
-        /// Twist, metres and radians per second.
+        /// Twist, meters and radians per second.
         twist: (f64, f64),
         acceleration: f64,
         sent: Sent,
@@ -126,7 +126,7 @@ fn parameter(words: &Words<'_>) -> Result<CarmenEntry, String> {
         [value @ .., _, time, host, logged]
             if is_time(time) && is_time(logged) && !is_time(host) && rest.len() > 3 =>
         {
-            // What has several words may end with the name of a host, and is left whole.
+            // Several words may end with a host name, and are kept whole.
             let value = &rest[..=value.len()];
             let mut end = Words::new(time);
             (value, Some((end.seconds("the time at which it was sent")?, (*host).to_owned())))

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Default of CARMEN's own programs, metres.
+/// Default of CARMEN's own programs, meters.
 const RANGE_MAX: f64 = 80.0;
 
 /// Parameters of the two lasers, with the usual defaults.
@@ -21,7 +21,7 @@ pub(super) struct Geometry {
 struct LaserParameters {
     /// Radians.
     resolution: Option<f64>,
-    /// Maximum range, metres.
+    /// Maximum range, meters.
     range_max: Option<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Geometry {
     }
 
     /// Returns the first beam's direction, the angle increment, and the maximum range.
-    /// Angles in radians, range in metres.
+    /// Angles in radians, range in meters.
     pub fn of(&self, topic: &str, beams: usize) -> (f64, f64, f64) {
         let parameters = match topic {
             "flaser" => self.front,

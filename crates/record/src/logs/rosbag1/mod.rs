@@ -96,7 +96,7 @@ impl<W: Write> Log<'_, W> {
         match self.index {
             Some((0, _)) => self.wrong(
                 length,
-                "it was not ended: its head knows no index; `rosbag reindex` makes one".into(),
+                "it was not closed: its header has no index; `rosbag reindex` adds one".into(),
             ),
             Some((index, connections)) if index > length || (index == length && connections > 0) => {
                 self.wrong(length, format!("it is cut off: its index should begin at byte {index}"))
@@ -197,7 +197,7 @@ impl<W: Write> Log<'_, W> {
             );
         };
         let Some(types) = &connection.types else {
-            // Why it can't be read is told.
+            // The reason is reported.
             self.imported.unread(&connection.topic);
             return Ok(());
         };
@@ -235,6 +235,6 @@ fn unpack(compression: &str, bytes: &[u8], size: u64) -> Result<Vec<u8>, String>
     unpacked.map_err(|error| format!("it can't be unpacked from {compression}: {error}"))?;
     match out.len() as u64 {
         found if found == size => Ok(out),
-        found => Err(format!("it has {found} bytes where {size} are said")),
+        found => Err(format!("it has {found} bytes, expected {size}")),
     }
 }

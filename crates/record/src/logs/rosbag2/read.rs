@@ -24,9 +24,7 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
             )));
         }
         None => {
-            return Err(unfit(
-                "it does not say its `storage_identifier`, so it describes no recording".into(),
-            ));
+            return Err(unfit("it has no `storage_identifier`, so it describes no recording".into()));
         }
     }
     if let Some(how) = about.compressed {

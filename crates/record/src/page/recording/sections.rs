@@ -100,8 +100,8 @@ impl Recording {
     pub fn sections(&self) -> Vec<Section> {
         let mut decisions = Section::new("Decisions");
         decisions.text(
-            "What was noticed, planned and done, in order; the same thing again is counted in its row until the action or the route \
-             changes.",
+            "Events, plans and actions, in order; a repeated event is counted in its row until the action or \
+             the route changes.",
         );
         decisions.table(self.decisions.table(), "The recording has no decisions of robots.");
         if self.decisions.left_out() > 0 {
@@ -122,7 +122,7 @@ impl Recording {
         missing.table(self.missing(), "Nothing that should have been recorded was dropped.");
         let unread = self.unreadable();
         if !unread.is_empty() {
-            missing.text("Some messages are no values that can be read, so nothing is told of them.");
+            missing.text("Some messages can't be decoded and are left out.");
             missing.parts.push(SectionPart::Table(unread));
         }
         let mut contents = Section::new("Contents");
@@ -227,7 +227,7 @@ pub(in crate::page) fn between(trajectory: &Trajectory) -> Vec<(String, Series)>
                 }
             }
             if series.last.is_some() {
-                pairs.push((format!("{one} to {other}: centres"), series));
+                pairs.push((format!("{one} to {other}: centers"), series));
             }
         }
     }
@@ -239,10 +239,10 @@ pub(in crate::page) fn distances(section: &mut Section, series: Vec<(String, Ser
     let mut table = Table::new("distances", &["between", "#least/m", "#at/s", "#median/m"]);
     let mut curves = Vec::new();
     for (name, series) in series {
-        let metres = |number: Option<f64>| number.map(|metres| format!("{metres:.3}")).unwrap_or_default();
+        let meters = |number: Option<f64>| number.map(|meters| format!("{meters:.3}")).unwrap_or_default();
         let least = series.least;
         let at = least.map(|(at, _)| format!("{at:.3}")).unwrap_or_default();
-        table.row([name.clone(), metres(least.map(|(_, metres)| metres)), at, metres(series.median())]);
+        table.row([name.clone(), meters(least.map(|(_, meters)| meters)), at, meters(series.median())]);
         curves.push(series.curve(name));
     }
     if !curves.is_empty() {

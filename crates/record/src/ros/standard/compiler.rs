@@ -34,9 +34,9 @@ pub(super) fn checked_steps(
         Some((theirs, own)) => compiler.only_record(theirs, own),
         None => compiler.record(0, "", Some("")),
     };
-    let Compiler { steps, used, misfit, .. } = compiler;
+    let Compiler { steps, used, mismatch, .. } = compiler;
     let of = descriptor.name;
-    match (compiled, misfit) {
+    match (compiled, mismatch) {
         (_, Some((path, None))) => {
             let reason = format!(
                 "{of} lacks this field, and a fixed number of texts or messages can't be left out: add it, or take a list"
@@ -78,12 +78,20 @@ struct Compiler<'a> {
     /// Set if a field of the same name must fit.
     is_checked: bool,
     /// Path of the first field that does not fit, and of its field of the interface.
-    misfit: Option<(String, Option<String>)>,
+    mismatch: Option<(String, Option<String>)>,
 }
 
 impl<'a> Compiler<'a> {
     fn new(descriptor: &'static Descriptor, message: &'a str, schema: &'a Schema) -> Self {
-        Self { descriptor, message, schema, steps: Vec::new(), used: false, is_checked: false, misfit: None }
+        Self {
+            descriptor,
+            message,
+            schema,
+            steps: Vec::new(),
+            used: false,
+            is_checked: false,
+            mismatch: None,
+        }
     }
 
     /// Compiles the message whose field at an index has the interface's only field.
@@ -123,8 +131,8 @@ impl<'a> Compiler<'a> {
         let is_expected = self.is_checked && same.is_some() && !is_record;
         let own = same.clone();
         let done = self.field_step(path, of, same);
-        if self.misfit.is_none() && (done.is_none() || (is_expected && !self.used)) {
-            self.misfit = Some((path.to_owned(), own));
+        if self.mismatch.is_none() && (done.is_none() || (is_expected && !self.used)) {
+            self.mismatch = Some((path.to_owned(), own));
         }
         self.used |= used;
         done
@@ -371,8 +379,8 @@ impl<'a> Compiler<'a> {
         let mut inner =
             Compiler { is_checked: self.is_checked, ..Compiler::new(descriptor, message, schema) };
         inner.record(index, path, Some(""))?;
-        let Compiler { steps, used, misfit, .. } = inner;
-        (used && misfit.is_none()).then_some(EncodeStep::Messages {
+        let Compiler { steps, used, mismatch, .. } = inner;
+        (used && mismatch.is_none()).then_some(EncodeStep::Messages {
             counted,
             count,
             start,

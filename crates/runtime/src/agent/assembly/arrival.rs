@@ -9,7 +9,7 @@ use super::{Assembly, LoadedModule};
 use crate::agent::build::{ResourceMark, build};
 use slate_composition::{RESERVED, Survey};
 use slate_configuration::{Configuration, Report};
-use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::main_loop::{RunnerCell, SharedLoop};
 
 /// States of modules by name; errors for those that could not be saved.
 pub(in crate::agent) type ModuleStates = BTreeMap<String, Result<Vec<u8>, String>>;
@@ -50,12 +50,12 @@ impl Assembly {
             let surveyed = &survey.modules[*index];
             let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let loaded = LoadedModule {
-                seat: Arc::new(Seat::new(runner)),
+                cell: Arc::new(RunnerCell::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: Arc::new(surveyed.description.clone()),
                 own_thread: self.resources.has_own_thread(surveyed),
                 isolation,
-                leads: survey.link_signatures(configuration, *index),
+                links_by_port: survey.link_signatures(configuration, *index),
             };
             self.modules.insert(name(index).to_owned(), loaded);
         }
@@ -91,7 +91,7 @@ impl Assembly {
             let loaded = &self.modules[name];
             if loaded.own_thread
                 && shared.run.is_running()
-                && let Err(error) = shared.threads().start(shared, &loaded.seat)
+                && let Err(error) = shared.threads().start(shared, &loaded.cell)
             {
                 let text = format!("the thread of {name} can't be started: {error}");
                 shared.logger.log(shared.clock.now(), Level::Error, &text);
@@ -126,7 +126,7 @@ impl Assembly {
                 }
                 // The state of a module that has left says so.
                 if own != Some(RESERVED[2]) {
-                    // Nobody else takes it off.
+                    // Nothing else removes it.
                     let _ = self.resources.board.remove(&path);
                 }
             }

@@ -22,10 +22,10 @@ impl Assembly {
         for (name, outputs) in deepening(configuration, survey, &mut self.resources) {
             // A module that is not there yet finds it when it comes.
             let Some(loaded) = self.modules.get(&name) else { continue };
-            let seat = Arc::clone(&loaded.seat);
+            let cell = Arc::clone(&loaded.cell);
             let work = move || {
-                // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
-                let runner = unsafe { seat.runner() };
+                // SAFETY: the cell is idle and belongs to the loop, or it is claimed.
+                let runner = unsafe { cell.runner() };
                 for (path, writer) in outputs {
                     if let Some(output) =
                         runner.outputs.ports.iter_mut().find(|output| output.property.path() == path)
@@ -35,8 +35,8 @@ impl Assembly {
                 }
                 Some(())
             };
-            let seats = [Arc::clone(&loaded.seat)];
-            shared.with_seats(&seats, loaded.own_thread, work).ok_or(name)?;
+            let cells = [Arc::clone(&loaded.cell)];
+            shared.with_cells(&cells, loaded.own_thread, work).ok_or(name)?;
         }
         Ok(())
     }

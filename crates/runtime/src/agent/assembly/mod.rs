@@ -17,10 +17,10 @@ pub(super) use arrival::ModuleStates;
 pub(super) use module::LoadedModule;
 use owners::LoopOwners;
 pub(super) use relinking::Relinking;
-use slate_composition::{Catalogue, Misfit, Survey, Wire};
+use slate_composition::{Catalogue, LinkEnd, LinkMismatch, Survey};
 use slate_configuration::{Configuration, Diagnostic};
 pub(super) use slate_engine::main_loop::Levels;
-use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::main_loop::{RunnerCell, SharedLoop};
 use slate_module::Description;
 pub(super) use unlinked::Unlinked;
 
@@ -32,7 +32,7 @@ pub(super) struct Assembly {
     /// Modules that read a path.
     pub listeners: BTreeMap<String, BTreeSet<String>>,
     /// Links that do not fit the properties of other agents, at the last survey.
-    pub misfits: BTreeMap<String, Misfit>,
+    pub mismatches: BTreeMap<String, LinkMismatch>,
     /// Descriptions of modules that have left, to check their settings by.
     /// Their code is not available meanwhile.
     pub last_known: BTreeMap<String, Description>,
@@ -46,7 +46,7 @@ impl Assembly {
             resources,
             modules: BTreeMap::new(),
             listeners: BTreeMap::new(),
-            misfits: BTreeMap::new(),
+            mismatches: BTreeMap::new(),
             last_known: BTreeMap::new(),
             owners: LoopOwners::default(),
         }
@@ -58,32 +58,32 @@ impl Assembly {
             let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
             names
                 .map(|name| &self.modules[name])
-                .filter(|loaded| !loaded.own_thread || loaded.seat.is_turn_signalled())
-                .map(|loaded| Arc::clone(&loaded.seat))
+                .filter(|loaded| !loaded.own_thread || loaded.cell.is_turn_signalled())
+                .map(|loaded| Arc::clone(&loaded.cell))
                 .collect()
         };
         survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect()
     }
 
     /// The modules that have threads of their own.
-    fn threaded(&self) -> Vec<Arc<Seat>> {
+    fn threaded(&self) -> Vec<Arc<RunnerCell>> {
         let threaded = self.modules.values().filter(|loaded| loaded.own_thread);
-        threaded.map(|loaded| Arc::clone(&loaded.seat)).collect()
+        threaded.map(|loaded| Arc::clone(&loaded.cell)).collect()
     }
 
     /// Starts the threads of modules that have their own.
     pub fn start_threads(&self, shared: &Arc<SharedLoop>) -> std::io::Result<()> {
         let mut threads = shared.threads();
-        self.threaded().iter().try_for_each(|seat| threads.start(shared, seat))
+        self.threaded().iter().try_for_each(|cell| threads.start(shared, cell))
     }
 
     /// Sets the stages that the loop runs, from its next cycle on.
     /// Sets the present threads and actuators with them.
     pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<SharedLoop>) {
-        self.resources.means.actuators.set(self.resources.actuators.clone());
+        self.resources.service_context.actuators.set(self.resources.actuators.clone());
         shared.compose(stages, self.threaded(), self.resources.actuators.values().cloned().collect());
         let Self { owners, modules, resources, .. } = self;
-        owners.connect(modules, &resources.means, shared);
+        owners.connect(modules, &resources.service_context, shared);
     }
 
     /// Works as [`compose`](Assembly::compose), between two cycles, with more work.
@@ -120,8 +120,8 @@ impl Assembly {
     /// Returns true while a module, or the main loop, has not returned.
     pub fn is_late(&self, name: &str) -> bool {
         match self.modules.get(name) {
-            Some(loaded) => loaded.seat.is_late(),
-            None => self.modules.values().any(|loaded| loaded.seat.is_late()),
+            Some(loaded) => loaded.cell.is_late(),
+            None => self.modules.values().any(|loaded| loaded.cell.is_late()),
         }
     }
 
@@ -130,16 +130,19 @@ impl Assembly {
         &self,
         configuration: &Configuration,
         survey: &Survey<'_>,
-    ) -> BTreeMap<usize, BTreeSet<Wire>> {
+    ) -> BTreeMap<usize, BTreeSet<LinkEnd>> {
         let mut changed = BTreeMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
             let Some(loaded) = self.modules.get(&surveyed.module.name.value) else { continue };
             let new = survey.link_signatures(configuration, m);
-            let wires: BTreeSet<Wire> = loaded.leads.keys().chain(new.keys()).copied().collect();
-            let wires: BTreeSet<Wire> =
-                wires.into_iter().filter(|wire| loaded.leads.get(wire) != new.get(wire)).collect();
-            if !wires.is_empty() {
-                changed.insert(m, wires);
+            let link_ends: BTreeSet<LinkEnd> =
+                loaded.links_by_port.keys().chain(new.keys()).copied().collect();
+            let link_ends: BTreeSet<LinkEnd> = link_ends
+                .into_iter()
+                .filter(|link_end| loaded.links_by_port.get(link_end) != new.get(link_end))
+                .collect();
+            if !link_ends.is_empty() {
+                changed.insert(m, link_ends);
             }
         }
         changed

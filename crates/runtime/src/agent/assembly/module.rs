@@ -1,4 +1,4 @@
-//! Loaded module, from its seat to its end.
+//! Loaded module, from its cell to its end.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,20 +7,20 @@ use std::time::Duration;
 use slate_module::{Description, Level, ModuleKind};
 
 use crate::agent::build::HostResources;
-use slate_composition::{LinkSignature, Wire};
+use slate_composition::{LinkEnd, LinkSignature};
 use slate_engine::isolation::Isolation;
-use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::main_loop::{RunnerCell, SharedLoop};
 use slate_engine::runner::ModuleCondition;
 
 /// Longest wait for others, such as the watchdog, to release a module.
 const LETTING_GO: Duration = Duration::from_secs(1);
 
 /// The links of a module, by its ports.
-pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<LinkSignature>>;
+pub(in crate::agent) type LinksByPort = BTreeMap<LinkEnd, Vec<LinkSignature>>;
 
 /// Loaded module.
 pub(in crate::agent) struct LoadedModule {
-    pub seat: Arc<Seat>,
+    pub cell: Arc<RunnerCell>,
     pub kind: ModuleKind,
     /// Description, shared with the lists that are read during a change.
     pub description: Arc<Description>,
@@ -28,7 +28,7 @@ pub(in crate::agent) struct LoadedModule {
     /// Isolation in a process of its own, if any.
     pub isolation: Option<Arc<Isolation>>,
     /// Links, by port.
-    pub leads: Leads,
+    pub links_by_port: LinksByPort,
 }
 
 impl LoadedModule {
@@ -46,19 +46,19 @@ impl LoadedModule {
         shared: &SharedLoop,
         keep: bool,
     ) -> Result<Vec<u8>, String> {
-        let Self { seat, own_thread, .. } = self;
+        let Self { cell, own_thread, .. } = self;
         if own_thread {
-            seat.retire();
-            shared.threads().join_one(&seat, resources.hang, shared.clock.now());
+            cell.retire();
+            shared.threads().join_one(&cell, resources.hang, shared.clock.now());
         }
-        if seat.is_late() {
+        if cell.is_late() {
             let text = format!("{name} has not returned from its last call; its library stays open");
             shared.logger.log(shared.clock.now(), Level::Error, &text);
             // Its thread still refers to it, and so does the library to which that may return.
-            std::mem::forget(seat);
+            std::mem::forget(cell);
             return Err("its tick has not returned".into());
         }
-        let Some(mut runner) = seat.into_runner(LETTING_GO) else {
+        let Some(mut runner) = cell.into_runner(LETTING_GO) else {
             return Err("it is still in use".into());
         };
         let now = shared.clock.now();

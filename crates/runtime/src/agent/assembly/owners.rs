@@ -7,7 +7,7 @@ use std::sync::Arc;
 use slate_module::aspect::{MainLoop, Service, TimeSource};
 
 use super::module::LoadedModule;
-use crate::aspects::{Means, PlaceTime};
+use crate::aspects::{PlaceTime, ServiceContext};
 use slate_composition::needs;
 use slate_engine::main_loop::SharedLoop;
 
@@ -25,23 +25,24 @@ impl LoopOwners {
     pub fn connect(
         &mut self,
         modules: &BTreeMap<String, LoadedModule>,
-        means: &Means,
+        service_context: &ServiceContext,
         shared: &Arc<SharedLoop>,
     ) {
         let of = |schema: u64| modules.iter().find(|(_, loaded)| needs(&loaded.description, schema));
         let (taker, time) = (of(MainLoop::DESCRIPTOR.hash), of(TimeSource::DESCRIPTOR.hash));
         let name = |owner: Option<(&String, &LoadedModule)>| owner.map(|(name, _)| name.clone());
         if name(taker) != self.taker {
-            let place =
-                taker.and_then(|(name, loaded)| Some((means.takeovers.get(name)?, Arc::clone(&loaded.seat))));
+            let place = taker.and_then(|(name, loaded)| {
+                Some((service_context.takeovers.get(name)?, Arc::clone(&loaded.cell)))
+            });
             shared.set_takeover(place);
         }
         if name(time) != self.time {
             match time {
                 Some((_, loaded)) => {
-                    let code = PlaceTime(Arc::clone(&means.time));
-                    let seat = (!loaded.own_thread).then(|| Arc::clone(&loaded.seat));
-                    shared.set_time_source(Some(Box::new(code)), seat);
+                    let code = PlaceTime(Arc::clone(&service_context.time));
+                    let cell = (!loaded.own_thread).then(|| Arc::clone(&loaded.cell));
+                    shared.set_time_source(Some(Box::new(code)), cell);
                 }
                 None => shared.set_time_source(None, None),
             }

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Placement, Property};
 
-use super::module::Leads;
+use super::module::LinksByPort;
 use super::{Assembly, Levels, Unlinked, listeners};
 use crate::agent::build::{BuildMoment, Rewiring, rewire};
-use slate_composition::{Catalogue, DiagnosticCollector, Misfit, survey};
+use slate_composition::{Catalogue, DiagnosticCollector, LinkMismatch, survey};
 use slate_configuration::{Configuration, Report};
-use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::main_loop::{RunnerCell, SharedLoop};
 use slate_engine::runner::{ReplacedHandles, Wiring};
 
 /// Change of one module's links.
 struct Rewire {
-    seat: Arc<Seat>,
+    cell: Arc<RunnerCell>,
     wiring: Option<Wiring>,
     /// The threads that its outputs wake, by path.
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
@@ -39,9 +39,9 @@ pub(in crate::agent) struct Relinking {
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     placements: Vec<Placement>,
     reserved: Vec<Reserved>,
-    leads: BTreeMap<String, Leads>,
+    links_by_port: BTreeMap<String, LinksByPort>,
     listeners: BTreeMap<String, BTreeSet<String>>,
-    misfits: BTreeMap<String, Misfit>,
+    mismatches: BTreeMap<String, LinkMismatch>,
 }
 
 impl Relinking {
@@ -54,31 +54,31 @@ impl Relinking {
         catalogue: &Catalogue,
         shared: &SharedLoop,
     ) -> Result<Self, Unlinked> {
-        let mut complaints = DiagnosticCollector::new(configuration);
-        let survey = survey(configuration, catalogue, &mut complaints);
-        if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics).into());
+        let mut diagnostics = DiagnosticCollector::new(configuration);
+        let survey = survey(configuration, catalogue, &mut diagnostics);
+        if !diagnostics.diagnostics.is_empty() {
+            return Err(Report::from(diagnostics.diagnostics).into());
         }
         assembly.deepen(configuration, &survey, shared).map_err(|module| Unlinked::late(&module))?;
         let changed = assembly.changed(configuration, &survey);
         let listeners = listeners(&survey);
         let woken = woken(&assembly.listeners, &listeners);
         let mark = assembly.resources.mark();
-        let made = BuildMoment::Later(assembly.resources.means.clock.now());
+        let made = BuildMoment::Later(assembly.resources.service_context.clock.now());
         let rewiring = rewire(configuration, &survey, &mut assembly.resources, &changed, &woken, made);
         let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             assembly.resources.undo(&mark, []);
             Report::from(diagnostics)
         })?;
         let rewires = rewires(assembly, wirings, &mut wakes);
-        let leads: BTreeMap<String, Leads> = changed
+        let links_by_port: BTreeMap<String, LinksByPort> = changed
             .keys()
             .map(|module| {
                 let name = survey.modules[*module].module.name.value.clone();
                 (name, survey.link_signatures(configuration, *module))
             })
             .collect();
-        let sources = leads.values().flat_map(BTreeMap::values).flatten();
+        let sources = links_by_port.values().flat_map(BTreeMap::values).flatten();
         let reserved = reserved.into_iter().filter_map(|(module, fields)| {
             let (params, _) = assembly.resources.board.get(&format!("{module}/params"))?;
             Some((params, fields))
@@ -87,18 +87,18 @@ impl Relinking {
             writers: sources.filter_map(|lead| assembly.owner(&lead.path)).collect(),
             stages: assembly.stages(&survey),
             reserved: reserved.collect(),
-            misfits: survey.misfits,
+            mismatches: survey.mismatches,
             rewires,
             wakes,
             placements,
-            leads,
+            links_by_port,
             listeners,
         })
     }
 
     /// Returns true if a module's sources or its woken threads differ from now.
     pub fn is_other_than(&self, assembly: &Assembly) -> bool {
-        !self.leads.is_empty() || self.listeners != assembly.listeners
+        !self.links_by_port.is_empty() || self.listeners != assembly.listeners
     }
 
     /// Returns the new placement at a path; `None` if it stays.
@@ -118,20 +118,20 @@ impl Relinking {
 
     /// Stores the new links in the assembly; returns the modules whose sources changed.
     pub fn note(self, assembly: &mut Assembly) -> Vec<String> {
-        let Self { wakes, leads, listeners, misfits, .. } = self;
+        let Self { wakes, links_by_port, listeners, mismatches, .. } = self;
         for (path, wakes) in wakes {
             let name = path.strip_suffix("/command").unwrap_or(&path);
             if let Some(actuator) = assembly.resources.actuators.get(name) {
                 actuator.set_wakes(wakes);
             }
         }
-        let names = leads.keys().cloned().collect();
-        for (name, leads) in leads {
+        let names = links_by_port.keys().cloned().collect();
+        for (name, links_by_port) in links_by_port {
             if let Some(loaded) = assembly.modules.get_mut(&name) {
-                loaded.leads = leads;
+                loaded.links_by_port = links_by_port;
             }
         }
-        (assembly.listeners, assembly.misfits) = (listeners, misfits);
+        (assembly.listeners, assembly.mismatches) = (listeners, mismatches);
         names
     }
 
@@ -141,15 +141,15 @@ impl Relinking {
     /// blocks it.
     pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<SharedLoop>) -> Result<(), String> {
         let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
-        let seats = involved.into_iter().filter_map(|name| assembly.modules.get(name));
-        let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|loaded| loaded.own_thread);
-        let on_loop: Vec<Arc<Seat>> = on_loop.iter().map(|loaded| Arc::clone(&loaded.seat)).collect();
-        let mut held: Vec<&Arc<Seat>> = Vec::new();
+        let cells = involved.into_iter().filter_map(|name| assembly.modules.get(name));
+        let (threaded, on_loop): (Vec<_>, Vec<_>) = cells.partition(|loaded| loaded.own_thread);
+        let on_loop: Vec<Arc<RunnerCell>> = on_loop.iter().map(|loaded| Arc::clone(&loaded.cell)).collect();
+        let mut held: Vec<&Arc<RunnerCell>> = Vec::new();
         let mut exchanged: Option<LinkExchange> = None;
         let late = threaded.iter().find(|loaded| {
-            let claimed = loaded.seat.claim_when_idle();
+            let claimed = loaded.cell.claim_when_idle();
             if claimed {
-                held.push(&loaded.seat);
+                held.push(&loaded.cell);
             }
             !claimed
         });
@@ -159,13 +159,13 @@ impl Relinking {
             let work = move || exchange(rewires.into_values().collect(), &on_loop);
             exchanged = assembly.compose_with(stages, shared, work);
         }
-        for seat in held {
-            seat.release();
-            // What is new is looked at now.
-            seat.wake.notify(1);
+        for cell in held {
+            cell.release();
+            // New values are checked now.
+            cell.wake.notify(1);
         }
         match (late, exchanged) {
-            (Some(loaded), _) => Err(loaded.seat.name.to_string()),
+            (Some(loaded), _) => Err(loaded.cell.name.to_string()),
             (None, Some(Ok(unwired))) => {
                 drop(unwired);
                 Ok(())
@@ -189,14 +189,14 @@ impl Relinking {
         let rewires: Vec<_> = std::mem::take(&mut self.rewires).into_values().collect();
         let stages = std::mem::take(&mut self.stages);
         let all = move || {
-            let judged = judge(&own)?;
-            // Nobody is in a step, as was found a moment ago.
+            let checked = judge(&own)?;
+            // No module is in a step, as just checked.
             let unwired = exchange(rewires, &[]);
             self.show(&board);
-            let done = work(&own, judged);
+            let done = work(&own, checked);
             Ok((unwired, done, self))
         };
-        // What is no longer needed is dropped here and not on the loop.
+        // Unused parts are dropped here and not on the loop.
         let done = assembly.compose_with(stages, shared, all);
         done.map(|done| done.map(|(_, done, relinking)| (done, relinking)))
     }
@@ -226,10 +226,10 @@ fn rewires(
         let wiring = wirings.remove(name);
         if let Some(wiring) = &wiring {
             // One that is early in vain does nothing, so this may come before the exchange.
-            loaded.seat.set_reads_previous(wiring.reads_previous() || loaded.seat.reads_previous());
+            loaded.cell.set_reads_previous(wiring.reads_previous() || loaded.cell.reads_previous());
         }
         if wiring.is_some() || !wakes.is_empty() {
-            rewires.insert(name.clone(), Rewire { seat: Arc::clone(&loaded.seat), wiring, wakes });
+            rewires.insert(name.clone(), Rewire { cell: Arc::clone(&loaded.cell), wiring, wakes });
         }
     }
     rewires
@@ -237,14 +237,14 @@ fn rewires(
 
 /// Exchanges the modules' sources and woken threads.
 /// No module is in a step meanwhile.
-fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<Seat>]) -> LinkExchange {
-    if let Some(late) = on_loop.iter().find(|seat| !seat.is_idle() && !seat.reclaim()) {
+fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<RunnerCell>]) -> LinkExchange {
+    if let Some(late) = on_loop.iter().find(|cell| !cell.is_idle() && !cell.reclaim()) {
         return Err(late.name.to_string());
     }
     let mut unwired = Vec::new();
-    for Rewire { seat, wiring, mut wakes } in rewires {
-        // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
-        let runner = unsafe { seat.runner() };
+    for Rewire { cell, wiring, mut wakes } in rewires {
+        // SAFETY: the cell is idle and belongs to the loop, or it is claimed.
+        let runner = unsafe { cell.runner() };
         let old = wiring.map(|wiring| runner.rewire(wiring)).unwrap_or_default();
         let outputs = runner.outputs.ports.iter_mut();
         let silenced = outputs.filter_map(|output| {

@@ -29,7 +29,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             if self.builder.resources.actuators.contains_key(&wanted.name.value) {
                 continue;
             }
-            // What is wrong was complained about.
+            // The error was reported.
             if let Ok(Some(actuator)) = self.actuator(i, wanted) {
                 for wake in self.builder.wakes(&format!("{}/command", wanted.name.value)) {
                     actuator.add_wake(wake);
@@ -45,16 +45,16 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         index: usize,
         wanted: &slate_configuration::Actuator,
     ) -> Result<Option<Actuator>, Failed> {
-        let planned = planned_gate(self.plan, index, &mut self.builder.complaints);
+        let planned = planned_gate(self.plan, index, &mut self.builder.diagnostics);
         let Some(PlannedGate { descriptor, configuration }) = planned else { return Ok(None) };
         let gate = configuration.stop_latch(&self.builder.resources.stop);
         let (command, state) = self.gate_properties(index, wanted, descriptor)?;
         let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
-        let guests = wanted.modules.iter().map(|module| module.value.clone());
-        let commanders = ports.chain(guests).collect();
+        let commanding_modules = wanted.modules.iter().map(|module| module.value.clone());
+        let commanders = ports.chain(commanding_modules).collect();
         let resources = &mut *self.builder.resources;
         resources.index += 1;
-        let own = (resources.index, Arc::clone(&resources.means.clock));
+        let own = (resources.index, Arc::clone(&resources.service_context.clock));
         Ok(Some(Actuator::new(&wanted.name.value, commanders, Gate::new(gate), command, state, own)))
     }
 
@@ -88,7 +88,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         match (command, state) {
             (Ok(command), Ok(state)) => new_writer(&command).zip(new_writer(&state)).ok_or(Failed),
             (Err(error), _) | (_, Err(error)) => {
-                self.builder.complaints.add(wanted.name.span, error.to_string(), SAME_ACTUATOR);
+                self.builder.diagnostics.add(wanted.name.span, error.to_string(), SAME_ACTUATOR);
                 Err(Failed)
             }
         }

@@ -6,7 +6,7 @@ use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
 use super::{BuildMoment, HostResources, ModuleBuilder};
-use slate_composition::{BuildPlan, Survey, Wire};
+use slate_composition::{BuildPlan, LinkEnd, Survey};
 use slate_configuration::Configuration;
 
 /// Writers of deeper channels for present modules' outputs, by module and path.
@@ -22,17 +22,17 @@ pub(in crate::agent) fn deepening(
     let plan = BuildPlan { configuration, survey };
     let builder = ModuleBuilder::new(plan, resources, BuildMoment::OnTrial);
     let mut deeper = Deeper::new();
-    for joint in &survey.joints {
-        let (Some(window), Some(owner)) = (window(plan, joint.port), plan.writing(joint.target)) else {
+    for resolved in &survey.links {
+        let (Some(window), Some(owner)) = (window(plan, resolved.port), plan.writing(resolved.target)) else {
             continue;
         };
-        let path = plan.target_path(joint.target);
+        let path = plan.target_path(resolved.target);
         let Some(property) = builder.property(&path) else { continue };
         let Some(channel) = property.channel() else { continue };
         let of_owner = deeper.entry(plan.name(owner).to_owned()).or_default();
-        let window = joint.link.window.as_ref().map_or(window, |window| window.value.into());
+        let window = resolved.link.window.as_ref().map_or(window, |window| window.value.into());
         if !channel.keeps_enough(window) && !of_owner.contains_key(&path) {
-            let (depth, budget) = plan.demand(joint.target, &path);
+            let (depth, budget) = plan.demand(resolved.target, &path);
             if let Ok(writer) = channel.deeper(depth, budget) {
                 of_owner.insert(path, writer);
             }
@@ -44,8 +44,8 @@ pub(in crate::agent) fn deepening(
 
 /// Returns the window of a queue input, in values; `None` for other ports.
 /// It holds if the link sets no other window.
-fn window(plan: BuildPlan<'_, '_>, (module, wire): (usize, Wire)) -> Option<usize> {
-    let Wire::Port(port) = wire else { return None };
+fn window(plan: BuildPlan<'_, '_>, (module, link_end): (usize, LinkEnd)) -> Option<usize> {
+    let LinkEnd::Port(port) = link_end else { return None };
     let port = plan.port(module, port);
     (port.direction == Direction::Queue).then_some(port.window)
 }

@@ -9,7 +9,7 @@ use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
 use super::ModuleBuilder;
-use slate_composition::{BuildPlan, LinkSource, Wire, has_enough_memory};
+use slate_composition::{BuildPlan, LinkEnd, LinkSource, has_enough_memory};
 use slate_engine::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use slate_engine::runner::Supervised;
 
@@ -42,7 +42,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         };
         let writer =
             writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
-        let read = self.plan.readers(target).any(|joint| self.plan.is_isolated(joint.port.0));
+        let read = self.plan.readers(target).any(|resolved| self.plan.is_isolated(resolved.port.0));
         let arena = match writer {
             Some(writer) => self.builder.resources.arenas.own(writer),
             None if read => self.builder.resources.arenas.host(),
@@ -68,7 +68,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let module = self.plan.surveyed(m).module;
         let message = format!("`{}` can't get shared memory: {error}", module.name.value);
         let help = "raise the limit of address space (`ulimit -v`), or take `isolated = true` out";
-        self.builder.complaints.add(module.isolated.span, message, help);
+        self.builder.diagnostics.add(module.isolated.span, message, help);
         None
     }
 
@@ -82,10 +82,10 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let own = self.arena(m, arena)?;
         let arena = self.builder.resources.arenas.host();
         let mut readable = vec![self.arena(m, arena)?];
-        let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
-        let mut writers: Vec<usize> = joints
-            .filter_map(|joint| match (joint.port.1, joint.target) {
-                (Wire::Port(_), LinkSource::Port(writer, _)) if writer != m => Some(writer),
+        let links = self.plan.survey.links.iter().filter(|resolved| resolved.port.0 == m);
+        let mut writers: Vec<usize> = links
+            .filter_map(|resolved| match (resolved.port.1, resolved.target) {
+                (LinkEnd::Port(_), LinkSource::Port(writer, _)) if writer != m => Some(writer),
                 _ => None,
             })
             .filter(|writer| self.plan.is_isolated(*writer))
@@ -97,13 +97,13 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             readable.push(self.arena(m, arena)?);
         }
         let surveyed = self.plan.surveyed(m);
-        if !has_enough_memory(surveyed, &mut self.builder.complaints) {
+        if !has_enough_memory(surveyed, &mut self.builder.diagnostics) {
             return None;
         }
         let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
         let tick_timeout = match surveyed.deadline {
-            // What a run in lockstep comes to does not depend on how fast the machine is.
+            // The result of a lockstep run does not depend on the machine's speed.
             Some(deadline) if !lockstep => hang.min(deadline.saturating_mul(DEADLINES)),
             _ => hang,
         };

@@ -27,7 +27,7 @@ pub(super) use resources::{HostResources, ResourceMark};
 pub(super) use rewiring::{Rewiring, rewire};
 use runners::RunnerBuilder;
 use slate_composition::{
-    BuildPlan, DiagnosticCollector, SAME_PATH, SPARE_READERS, Survey, Wire, interface_conflict,
+    BuildPlan, DiagnosticCollector, LinkEnd, SAME_PATH, SPARE_READERS, Survey, interface_conflict,
     reader_refusal,
 };
 use slate_configuration::{Configuration, Diagnostic};
@@ -44,7 +44,11 @@ pub(super) fn build(
     let mut builder =
         ModuleBuilder::new(BuildPlan { configuration, survey }, resources, BuildMoment::AtStart);
     let runners = builder.all(arriving);
-    if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
+    if builder.diagnostics.diagnostics.is_empty() {
+        Ok(runners)
+    } else {
+        Err(builder.diagnostics.diagnostics)
+    }
 }
 
 /// Moment at which properties are made.
@@ -71,31 +75,31 @@ impl BuildMoment {
 struct Failed;
 
 /// Common state of the builders of properties, gates, links and runners.
-/// It holds the plan, the resources and the complaints.
+/// It holds the plan, the resources and the diagnostics.
 struct ModuleBuilder<'a, 's> {
     plan: BuildPlan<'a, 's>,
     resources: &'s mut HostResources,
-    complaints: DiagnosticCollector<'a>,
+    diagnostics: DiagnosticCollector<'a>,
     /// Placements on the board at the exchange of links.
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
-    kept: BTreeSet<(usize, Wire)>,
+    kept: BTreeSet<(usize, LinkEnd)>,
     made: BuildMoment,
 }
 
 impl<'a, 's> ModuleBuilder<'a, 's> {
     fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: BuildMoment) -> Self {
-        let complaints = DiagnosticCollector::new(plan.configuration);
-        Self { plan, resources, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
+        let diagnostics = DiagnosticCollector::new(plan.configuration);
+        Self { plan, resources, diagnostics, placements: Vec::new(), kept: BTreeSet::new(), made }
     }
 
     fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
         for module in arriving {
-            // What is wrong was complained about.
+            // The error was reported.
             let _ = self.properties().of_module(*module);
         }
         GateBuilder::new(self).all();
-        if !self.complaints.diagnostics.is_empty() {
+        if !self.diagnostics.diagnostics.is_empty() {
             return Vec::new();
         }
         RunnerBuilder::new(self).all(arriving)
@@ -113,7 +117,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
         result.map_err(|error| {
             let span = self.plan.surveyed(module).module.name.span;
-            self.complaints.add(span, error.to_string(), SAME_PATH);
+            self.diagnostics.add(span, error.to_string(), SAME_PATH);
             Failed
         })
     }
@@ -138,7 +142,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
 
     /// Returns the property at a path, if it has that interface.
     /// A property of another interface without readers is removed.
-    fn standing(
+    fn existing(
         &mut self,
         module: usize,
         path: &str,
@@ -150,10 +154,10 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         }
         let plan = self.plan;
         if property.has_writer()
-            || plan.survey.joints.iter().any(|joint| plan.target_path(joint.target) == path)
+            || plan.survey.links.iter().any(|resolved| plan.target_path(resolved.target) == path)
         {
             let (message, help) = interface_conflict(path, descriptor, property.descriptor());
-            self.complaints.add(plan.surveyed(module).module.name.span, message, help);
+            self.diagnostics.add(plan.surveyed(module).module.name.span, message, help);
             return Err(Failed);
         }
         // It was there a moment ago.
@@ -179,13 +183,13 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
 
     /// Returns a reader of the property that switches a module.
     fn switch(&mut self, m: usize) -> Option<Latest> {
-        let path = match self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
+        let path = match self.plan.link(m, LinkEnd::Enabled).map(|resolved| resolved.target) {
             Some(target) => self.plan.target_path(target),
             None => format!("{}/enabled", self.plan.name(m)),
         };
         let property = self.property(&path)?;
         let reader = property.channel()?.latest();
-        self.granted(m, Wire::Enabled, &property, reader)
+        self.granted(m, LinkEnd::Enabled, &property, reader)
     }
 
     /// Returns the writer of a property that every module has.
@@ -197,8 +201,8 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
         descriptor: &'static Descriptor,
     ) -> Option<Writer> {
         let path = format!("{}/{name}", self.plan.name(m));
-        if let Some(standing) = self.standing(m, &path, descriptor).ok()? {
-            return new_writer(&standing);
+        if let Some(existing) = self.existing(m, &path, descriptor).ok()? {
+            return new_writer(&existing);
         }
         let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
         let store = Store { capacity: 0, depth: 1, budget };
@@ -210,7 +214,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
     fn granted<T>(
         &mut self,
         m: usize,
-        wire: Wire,
+        link_end: LinkEnd,
         property: &Property,
         result: Result<T, impl Display>,
     ) -> Option<T> {
@@ -218,10 +222,10 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
             Ok(handle) => return Some(handle),
             Err(error) => error,
         };
-        let link = self.plan.joints(m, wire).next().map(|joint| joint.link.from.span);
+        let link = self.plan.links(m, link_end).next().map(|resolved| resolved.link.from.span);
         let span = link.unwrap_or(self.plan.surveyed(m).module.name.span);
         let (message, help) = reader_refusal(property.path(), &error);
-        self.complaints.add(span, message, help);
+        self.diagnostics.add(span, message, help);
         None
     }
 }

@@ -11,12 +11,12 @@ use slate_module::{Direction, Interface, PortDescription};
 use super::{BuildMoment, Failed, ModuleBuilder};
 use crate::aspects::followed;
 use slate_composition::parameters::enabled_descriptor;
-use slate_composition::{BuildPlan, Implied, LinkSource, PlannedPort, SPARE_READERS, Wire};
+use slate_composition::{BuildPlan, Implied, LinkEnd, LinkSource, PlannedPort, SPARE_READERS};
 use slate_engine::runner::{ModuleState, ModuleTiming};
 use slate_engine::timing::TimingHistogram;
 
 /// Properties that every module's runner writes.
-fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
+fn implied_properties() -> [(Implied, &'static str, &'static Descriptor); 3] {
     [
         (Implied::State, "State of the module.", ModuleState::DESCRIPTOR),
         (Implied::Timing, "Duration of the module's ticks.", ModuleTiming::DESCRIPTOR),
@@ -47,7 +47,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
                     self.alias(m, &path, source)?;
                     self.absent(m, source, port)?;
                 }
-                PlannedPort::Converted => self.converted(m, Wire::Port(p), &path)?,
+                PlannedPort::Converted => self.converted(m, LinkEnd::Port(p), &path)?,
                 PlannedPort::Setting => self.setting(m, &path, p)?,
                 PlannedPort::Sent(inbox) => self.absent(m, inbox, port)?,
                 PlannedPort::Nothing => {}
@@ -57,19 +57,19 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     /// Prepares the property or alias at the path of a port whose links change.
-    pub fn relinked(&mut self, m: usize, wire: Wire) -> Result<(), Failed> {
+    pub fn relinked(&mut self, m: usize, link_end: LinkEnd) -> Result<(), Failed> {
         let plan = self.plan;
-        let target = plan.joint(m, wire).map(|joint| joint.target);
-        let is_converted = plan.is_converted(m, wire);
+        let target = plan.link(m, link_end).map(|resolved| resolved.target);
+        let is_converted = plan.is_converted(m, link_end);
         let name = plan.name(m);
-        let (path, port) = match wire {
-            Wire::Port(p) => {
+        let (path, port) = match link_end {
+            LinkEnd::Port(p) => {
                 let port = plan.port(m, p);
                 (format!("{name}/{}", port.name), Some((p, port)))
             }
-            Wire::Enabled => (format!("{name}/enabled"), None),
+            LinkEnd::Enabled => (format!("{name}/enabled"), None),
             // They stand there always.
-            Wire::Params => return Ok(()),
+            LinkEnd::Params => return Ok(()),
         };
         match (&port, target) {
             (Some((_, port)), Some(target)) => self.absent(m, target, port)?,
@@ -82,12 +82,12 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         if is_converted
             && self.builder.property(&path).is_some_and(|property| property.access() == Access::Output)
         {
-            self.builder.kept.insert((m, wire));
+            self.builder.kept.insert((m, link_end));
             return Ok(());
         }
         let placement = match (target, port) {
             (Some(target), _) => Placement::Alias { path, target: plan.target_path(target) },
-            (None, _) if is_converted => Placement::Property(self.new_converted(m, wire)?),
+            (None, _) if is_converted => Placement::Property(self.new_converted(m, link_end)?),
             (None, Some((p, _))) => Placement::Property(self.new_setting(m, &path, p)?),
             (None, None) => Placement::Property(self.new_switch(m)?),
         };
@@ -98,7 +98,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// Makes the source of a link if its module does not exist yet.
     fn absent(&mut self, m: usize, target: LinkSource, port: &PortDescription) -> Result<(), Failed> {
         if matches!(target, LinkSource::Remote(_)) && port.direction == Direction::Outbox {
-            // What is sent waits there until it goes to the other agent.
+            // Messages wait there for transmission to the other agent.
             return self.mailbox(m, &self.plan.target_path(target), port);
         }
         let LinkSource::Absent(absent) = target else { return Ok(()) };
@@ -114,7 +114,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn absent_switch(&mut self, m: usize, target: LinkSource) -> Result<(), Failed> {
         let LinkSource::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
-        if self.builder.standing(m, &path, enabled_descriptor())?.is_none() {
+        if self.builder.existing(m, &path, enabled_descriptor())?.is_none() {
             let (depth, budget) = self.plan.demand(target, &path);
             let store = Store { capacity: 0, depth, budget };
             let (doc, descriptor) = ("Switch of the module.", enabled_descriptor());
@@ -128,15 +128,15 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// Makes the replayed properties of the module, as deep as its readers need.
     fn played(&mut self, m: usize) -> Result<(), Failed> {
         let survey = self.plan.survey;
-        for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
-            let LinkSource::Played(index) = joint.target else { continue };
+        for resolved in survey.links.iter().filter(|resolved| resolved.port.0 == m) {
+            let LinkSource::Played(index) = resolved.target else { continue };
             let played = &survey.played[index];
-            if let (Wire::Port(port), true) = (joint.port.1, played.is_mailbox) {
+            if let (LinkEnd::Port(port), true) = (resolved.port.1, played.is_mailbox) {
                 self.mailbox(m, &played.path, &survey.modules[m].description.ports[port])?;
                 continue;
             }
-            if self.builder.standing(m, &played.path, played.descriptor)?.is_none() {
-                let (depth, budget) = self.plan.demand(joint.target, &played.path);
+            if self.builder.existing(m, &played.path, played.descriptor)?.is_none() {
+                let (depth, budget) = self.plan.demand(resolved.target, &played.path);
                 let added = played.add(&self.builder.resources.board, depth, budget);
                 self.builder.added(m, added)?;
             }
@@ -152,8 +152,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         path: &str,
         port: &PortDescription,
     ) -> Result<(), Failed> {
-        if let Some(standing) = self.builder.standing(m, path, port.descriptor)? {
-            standing.set_part(self.plan.part(target));
+        if let Some(existing) = self.builder.existing(m, path, port.descriptor)? {
+            existing.set_part(self.plan.part(target));
             return Ok(());
         }
         let (depth, budget) = self.plan.demand(target, path);
@@ -167,8 +167,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
 
     fn mailbox(&mut self, m: usize, path: &str, port: &PortDescription) -> Result<(), Failed> {
         let part = slate_composition::inbox_part(port);
-        if let Some(standing) = self.builder.standing(m, path, port.descriptor)? {
-            standing.set_part(part);
+        if let Some(existing) = self.builder.existing(m, path, port.descriptor)? {
+            existing.set_part(part);
             return Ok(());
         }
         let senders = self.plan.links_to(path).count() as u16 + SPARE_READERS;
@@ -184,24 +184,24 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.builder.added(m, added)
     }
 
-    fn converted(&mut self, m: usize, wire: Wire, path: &str) -> Result<(), Failed> {
+    fn converted(&mut self, m: usize, link_end: LinkEnd, path: &str) -> Result<(), Failed> {
         if self.builder.property(path).is_some() {
             let error = BoardError::Exists { url: format!("/{path}") };
             return self.builder.added(m, Err(error));
         }
-        let property = self.new_converted(m, wire)?;
+        let property = self.new_converted(m, link_end)?;
         self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
     /// Makes the property of a port that links fill; it is not on the board yet.
-    fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
-        let (port, descriptor, capacity, doc) = match wire {
-            Wire::Port(p) => {
+    fn new_converted(&mut self, m: usize, link_end: LinkEnd) -> Result<Arc<Property>, Failed> {
+        let (port, descriptor, capacity, doc) = match link_end {
+            LinkEnd::Port(p) => {
                 let port = self.plan.port(m, p);
                 (LinkSource::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
             }
-            Wire::Enabled | Wire::Params => {
+            LinkEnd::Enabled | LinkEnd::Params => {
                 let doc = String::from("Switch of the module.");
                 (LinkSource::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
             }
@@ -220,9 +220,9 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// Other modules may be linked to all of them.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
         let name = self.plan.name(m);
-        for (implied, doc, descriptor) in told() {
+        for (implied, doc, descriptor) in implied_properties() {
             let path = format!("{name}/{}", implied.name());
-            if self.builder.standing(m, &path, descriptor)?.is_none() {
+            if self.builder.existing(m, &path, descriptor)?.is_none() {
                 let (depth, budget) = self.plan.demand(LinkSource::Implied(m, implied), &path);
                 let store = Store { capacity: 0, depth, budget };
                 let added =
@@ -239,12 +239,12 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.set_first(&property, Some(&params));
         property.reserve(self.plan.reserved(m));
         let path = format!("{name}/enabled");
-        if let Some(target) = self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
+        if let Some(target) = self.plan.link(m, LinkEnd::Enabled).map(|resolved| resolved.target) {
             self.absent_switch(m, target)?;
             return self.alias(m, &path, target);
         }
-        if self.plan.is_converted(m, Wire::Enabled) {
-            return self.converted(m, Wire::Enabled, &path);
+        if self.plan.is_converted(m, LinkEnd::Enabled) {
+            return self.converted(m, LinkEnd::Enabled, &path);
         }
         let property = self.new_switch(m)?;
         self.builder.resources.board.place(vec![Placement::Property(property)]);
@@ -313,7 +313,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             .map(|kept| (kept.bytes.as_slice(), kept.time))
             .or(value.map(|bytes| (bytes, self.builder.made.time())));
         if let Some((bytes, time)) = first {
-            // A setting has a writer of the host, and nobody holds it up.
+            // The host writes a setting, and no reader blocks it.
             let _ = property.set_bytes(bytes, time);
         }
     }

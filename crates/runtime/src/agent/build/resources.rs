@@ -13,7 +13,7 @@ use slate_module::aspect::{MainLoop, Service};
 use slate_safety::StopLatch;
 
 use crate::agent::Mode;
-use crate::aspects::{Means, ServiceSlot};
+use crate::aspects::{ServiceContext, ServiceSlot};
 use slate_composition::{Surveyed, needs};
 use slate_engine::actuators::Actuator;
 use slate_engine::isolation::Arenas;
@@ -36,7 +36,7 @@ pub(in crate::agent) struct HostResources {
     /// Services that modules provide, by the path of the port.
     pub services: BTreeMap<String, Arc<ServiceSlot>>,
     /// Means of the host's services.
-    pub means: Means,
+    pub service_context: ServiceContext,
     /// Number of outputs, for the digest.
     pub index: u32,
     /// Gauges of queue inputs, by the path of the port.
@@ -85,7 +85,7 @@ impl ResourceMark {
 impl HostResources {
     /// Makes empty resources.
     pub fn new(
-        means: Means,
+        service_context: ServiceContext,
         hang: Duration,
         lockstep: bool,
         mode: Mode,
@@ -93,8 +93,8 @@ impl HostResources {
         arenas: Arenas,
     ) -> Self {
         Self {
-            board: Arc::clone(&means.board),
-            logger: Arc::clone(&means.logger),
+            board: Arc::clone(&service_context.board),
+            logger: Arc::clone(&service_context.logger),
             hang,
             lockstep,
             mode,
@@ -102,7 +102,7 @@ impl HostResources {
             signals: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means,
+            service_context,
             index: 0,
             gauges: BTreeMap::new(),
             ages: BTreeMap::new(),
@@ -128,7 +128,7 @@ impl HostResources {
             module: Arc::clone(module),
             limit: (!is_isolated).then_some(self.hang),
             logger: Arc::clone(&self.logger),
-            clock: Arc::clone(&self.means.clock),
+            clock: Arc::clone(&self.service_context.clock),
         }
     }
 
@@ -160,7 +160,7 @@ impl HostResources {
     /// Reverts a failed change to its mark, and unloads the arriving modules.
     pub fn undo<'n>(&mut self, mark: &ResourceMark, arriving: impl IntoIterator<Item = &'n str>) {
         for path in self.paths().difference(&mark.paths) {
-            // It was there a moment ago, and nobody else takes it off.
+            // It was just found, and nothing else removes it.
             let _ = self.board.remove(path);
         }
         self.actuators.retain(|name, _| mark.has_actuator(name));

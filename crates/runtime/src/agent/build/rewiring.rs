@@ -7,7 +7,7 @@ use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
 use super::{BuildMoment, HostResources, ModuleBuilder, WiringBuilder};
-use slate_composition::{BuildPlan, Survey, Wire};
+use slate_composition::{BuildPlan, LinkEnd, Survey};
 use slate_configuration::{Configuration, Diagnostic};
 use slate_engine::runner::Wiring;
 
@@ -28,38 +28,39 @@ pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,
     resources: &mut HostResources,
-    changed: &BTreeMap<usize, BTreeSet<Wire>>,
+    changed: &BTreeMap<usize, BTreeSet<LinkEnd>>,
     paths: &BTreeSet<String>,
     made: BuildMoment,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let plan = BuildPlan { configuration, survey };
     let mut builder = ModuleBuilder::new(plan, resources, made);
     let mut wirings = BTreeMap::new();
-    for (m, wires) in changed {
-        // What is wrong was complained about.
-        let _ = wires.iter().try_for_each(|wire| builder.properties().relinked(*m, *wire));
+    for (m, link_ends) in changed {
+        // The error was reported.
+        let _ = link_ends.iter().try_for_each(|link_end| builder.properties().relinked(*m, *link_end));
     }
-    if builder.complaints.diagnostics.is_empty() {
-        for (m, wires) in changed {
-            let stays = |wire| !wires.contains(&wire);
+    if builder.diagnostics.diagnostics.is_empty() {
+        for (m, link_ends) in changed {
+            let stays = |link_end| !link_ends.contains(&link_end);
             match WiringBuilder::new(&mut builder, *m, &stays).wiring() {
                 Some(wiring) => drop(wirings.insert(plan.name(*m).to_owned(), wiring)),
-                None if builder.complaints.diagnostics.is_empty() => {
+                None if builder.diagnostics.diagnostics.is_empty() => {
                     let span = plan.surveyed(*m).module.name.span;
                     let message = format!("`{}` can't get its handles", plan.name(*m));
-                    builder.complaints.add(span, message, "load its plugin anew");
+                    builder.diagnostics.add(span, message, "load its plugin anew");
                 }
                 None => {}
             }
         }
     }
-    let parameters = changed.iter().filter(|(_, wires)| wires.contains(&Wire::Params)).map(|(m, _)| *m);
+    let parameters =
+        changed.iter().filter(|(_, link_ends)| link_ends.contains(&LinkEnd::Params)).map(|(m, _)| *m);
     let reserved = parameters.map(|m| (plan.name(m).to_owned(), plan.reserved(m))).collect();
     let wakes = paths.iter().map(|path| (path.clone(), builder.wakes(path))).collect();
-    let ModuleBuilder { complaints, placements, .. } = builder;
-    if complaints.diagnostics.is_empty() {
+    let ModuleBuilder { diagnostics, placements, .. } = builder;
+    if diagnostics.diagnostics.is_empty() {
         Ok(Rewiring { wirings, wakes, placements, reserved })
     } else {
-        Err(complaints.diagnostics)
+        Err(diagnostics.diagnostics)
     }
 }

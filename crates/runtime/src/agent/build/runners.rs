@@ -10,7 +10,7 @@ use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Ran
 
 use super::{ModuleBuilder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
-use slate_composition::{BuildPlan, Surveyed, Wire, add_refusal};
+use slate_composition::{BuildPlan, LinkEnd, Surveyed, add_refusal};
 use slate_engine::runner::{
     AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
     ModuleTiming, OutboxPort, OutputPort, Outputs, ParameterReader, Requirements, Runner, RunnerStatus,
@@ -38,7 +38,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         Self { plan: builder.plan, builder }
     }
 
-    /// Makes the runners of modules, by index; mistakes become complaints.
+    /// Makes the runners of modules, by index; errors become diagnostics.
     pub fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
         let ports = self.plan.survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
         let largest = ports.map(|port| port.descriptor.size).max();
@@ -47,10 +47,10 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         for &m in arriving {
             match self.runner(m, &zeros) {
                 Some(runner) => runners.push(runner),
-                None if self.builder.complaints.diagnostics.is_empty() => {
+                None if self.builder.diagnostics.diagnostics.is_empty() => {
                     let span = self.plan.surveyed(m).module.name.span;
                     let message = format!("`{}` can't get its handles", self.plan.name(m));
-                    self.builder.complaints.add(
+                    self.builder.diagnostics.add(
                         span,
                         message,
                         "the agent's logger or a reader budget is exhausted",
@@ -67,7 +67,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         for p in 0..self.plan.surveyed(m).description.ports.len() {
             self.fill_port(m, p, &mut runner)?;
         }
-        // There are no more of them, and of thousands of modules each takes what its ports take.
+        // The number is final, and with thousands of modules memory matters.
         runner.outputs.ports.shrink_to_fit();
         let wiring = WiringBuilder::new(self.builder, m, &|_| false).wiring()?;
         runner.rewire(wiring);
@@ -84,7 +84,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         let resources = &mut *self.builder.resources;
         let signals = resources.signals(&name);
         signals.health.begin();
-        let log = resources.logger.module(&name, resources.lockstep, &resources.means.clock)?;
+        let log = resources.logger.module(&name, resources.lockstep, &resources.service_context.clock)?;
         let random = Random::new(self.plan.configuration.seed().value, &name);
         let supervised = self.builder.isolation().supervised(m);
         let kind = kind_of(surveyed, supervised.as_ref())?;
@@ -92,7 +92,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         let own = self.own_properties(m)?;
         let resources = &self.builder.resources;
         let timeout = resources.timeout(&name, supervised.is_some());
-        let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
+        let is_switched = self.plan.links(m, LinkEnd::Enabled).next().is_some();
         let ports = &surveyed.description.ports;
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
         let required = Requirements::new(required.map(|(p, port)| (p, port.name.as_str())));
@@ -186,7 +186,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Err(refusal) => {
                 let module = self.plan.surveyed(m).module;
-                add_refusal(self.plan.configuration, module, &refusal, &mut self.builder.complaints);
+                add_refusal(self.plan.configuration, module, &refusal, &mut self.builder.diagnostics);
                 None
             }
         }
@@ -206,7 +206,8 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             None => {
                 let schema = self.plan.port(m, p).descriptor.hash;
-                let mut service = aspects::service(schema, &self.builder.resources.means, &runner.name)?;
+                let mut service =
+                    aspects::service(schema, &self.builder.resources.service_context, &runner.name)?;
                 service.begin(runner.code.kind());
                 runner.frame.slots[p].data = service.table().cast_mut();
                 runner.services.host.push(service);

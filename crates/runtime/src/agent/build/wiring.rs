@@ -12,7 +12,9 @@ use slate_module::Direction;
 use super::resources::ModuleSignals;
 use super::{ModuleBuilder, new_writer};
 use slate_composition::link::{FieldPlace, Program};
-use slate_composition::{BuildPlan, Implied, LinkConversion, LinkSource, ResolvedLink, Wire, shallow_source};
+use slate_composition::{
+    BuildPlan, Implied, LinkConversion, LinkEnd, LinkSource, ResolvedLink, shallow_source,
+};
 use slate_configuration::LinkPolicy;
 use slate_engine::runner::{
     AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
@@ -20,7 +22,7 @@ use slate_engine::runner::{
 };
 
 /// Source that a module reads.
-struct WiredRead<'s, 'a> {
+struct LinkedRead<'s, 'a> {
     early: bool,
     writer: Option<String>,
     property: Arc<Property>,
@@ -33,20 +35,20 @@ enum ReadEnd<'s, 'a> {
     Source(&'s ResolvedLink<'a>, Arc<Program>, usize),
 }
 
-impl WiredRead<'_, '_> {
+impl LinkedRead<'_, '_> {
     /// Returns the sort key of the source.
     /// Sources with one writer are adjacent, with inputs and converted sources each in their order.
-    fn place(&self) -> (bool, Option<&str>, bool, Wire, usize) {
-        let (is_source, wire, ordinal) = match &self.end {
-            ReadEnd::Input(p) => (false, Wire::Port(*p), 0),
-            ReadEnd::Source(joint, _, ordinal) => (true, joint.port.1, *ordinal),
+    fn place(&self) -> (bool, Option<&str>, bool, LinkEnd, usize) {
+        let (is_source, link_end, ordinal) = match &self.end {
+            ReadEnd::Input(p) => (false, LinkEnd::Port(*p), 0),
+            ReadEnd::Source(resolved, _, ordinal) => (true, resolved.port.1, *ordinal),
         };
-        (self.early, self.writer.as_deref(), is_source, wire, ordinal)
+        (self.early, self.writer.as_deref(), is_source, link_end, ordinal)
     }
 
     /// Returns true if the source switches the module.
     fn is_switch(&self) -> bool {
-        matches!(self.end, ReadEnd::Source(joint, ..) if joint.port.1 == Wire::Enabled)
+        matches!(self.end, ReadEnd::Source(resolved, ..) if resolved.port.1 == LinkEnd::Enabled)
     }
 }
 
@@ -56,14 +58,14 @@ pub(super) struct WiringBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
     builder: &'b mut ModuleBuilder<'a, 's>,
     module: usize,
-    stays: &'b dyn Fn(Wire) -> bool,
+    stays: &'b dyn Fn(LinkEnd) -> bool,
 }
 
 impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     pub fn new(
         builder: &'b mut ModuleBuilder<'a, 's>,
         module: usize,
-        stays: &'b dyn Fn(Wire) -> bool,
+        stays: &'b dyn Fn(LinkEnd) -> bool,
     ) -> Self {
         Self { plan: builder.plan, builder, module, stays }
     }
@@ -76,14 +78,14 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         for (p, port) in self.plan.surveyed(m).description.ports.iter().enumerate() {
             match port.direction {
                 Direction::Queue => wiring.queues.push(self.queue(p)?),
-                Direction::Outbox if !(self.stays)(Wire::Port(p)) => {
+                Direction::Outbox if !(self.stays)(LinkEnd::Port(p)) => {
                     wiring.outboxes.push(self.outbox(p)?);
                 }
                 _ => {}
             }
         }
-        if !(self.stays)(Wire::Enabled) {
-            let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
+        if !(self.stays)(LinkEnd::Enabled) {
+            let is_switched = self.plan.links(m, LinkEnd::Enabled).next().is_some();
             wiring.switch = Some((self.builder.switch(m)?, is_switched));
         }
         Some(wiring)
@@ -112,8 +114,8 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
 
     /// Returns true if a link's source is pinned at the start of a cycle.
     /// A module with a thread of its own has no such links.
-    fn is_early(&self, joint: &ResolvedLink<'_>) -> bool {
-        joint.delayed && !self.builder.resources.has_own_thread(self.plan.surveyed(self.module))
+    fn is_early(&self, resolved: &ResolvedLink<'_>) -> bool {
+        resolved.delayed && !self.builder.resources.has_own_thread(self.plan.surveyed(self.module))
     }
 
     /// Makes the readers of inputs and converting links, grouped by writer.
@@ -134,10 +136,10 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             let (early, health) = (read.early, signals.map(|signals| signals.health));
             match &read.end {
                 ReadEnd::Input(p) => wiring.inputs.push(self.input(*p, &read, health)?),
-                ReadEnd::Source(joint, program, ordinal) => {
-                    let source = self.converted_source(joint, program, &read.property, health)?;
-                    let (wire, ordinal) = (joint.port.1, *ordinal);
-                    wiring.sources.push(SourceWiring { wire, source, ordinal });
+                ReadEnd::Source(resolved, program, ordinal) => {
+                    let source = self.converted_source(resolved, program, &read.property, health)?;
+                    let (link_end, ordinal) = (resolved.port.1, *ordinal);
+                    wiring.sources.push(SourceWiring { link_end, source, ordinal });
                 }
             }
             if !is_switch {
@@ -148,41 +150,41 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     /// Returns the sources of the inputs.
-    fn inputs(&self) -> Option<Vec<WiredRead<'s, 'a>>> {
+    fn inputs(&self) -> Option<Vec<LinkedRead<'s, 'a>>> {
         let m = self.module;
         let ports = self.plan.surveyed(m).description.ports.iter().enumerate();
         let inputs = ports.filter(|(_, port)| port.direction == Direction::Input).map(|(p, _)| {
-            let ((property, writer), early) = match self.plan.joint(m, Wire::Port(p)) {
-                Some(joint) => (self.source(joint.target)?, self.is_early(joint)),
+            let ((property, writer), early) = match self.plan.link(m, LinkEnd::Port(p)) {
+                Some(resolved) => (self.source(resolved.target)?, self.is_early(resolved)),
                 None => ((self.builder.own_property(m, p)?, None), false),
             };
-            Some(WiredRead { early, writer, property, end: ReadEnd::Input(p) })
+            Some(LinkedRead { early, writer, property, end: ReadEnd::Input(p) })
         });
         inputs.collect()
     }
 
     /// Returns the sources of converting links, and the ports that they fill.
-    fn sources(&mut self, conversions: &mut Vec<ConversionWiring>) -> Option<Vec<WiredRead<'s, 'a>>> {
+    fn sources(&mut self, conversions: &mut Vec<ConversionWiring>) -> Option<Vec<LinkedRead<'s, 'a>>> {
         let (m, survey) = (self.module, self.plan.survey);
         let mut reads = Vec::new();
-        let mut ordinals: BTreeMap<Wire, usize> = BTreeMap::new();
-        for joint in survey.joints.iter().filter(|joint| joint.port.0 == m && !joint.is_plain()) {
-            let wire = joint.port.1;
-            if !ordinals.contains_key(&wire) {
-                let conversion = if (self.stays)(wire) {
-                    ConversionWiring::Same(wire)
+        let mut ordinals: BTreeMap<LinkEnd, usize> = BTreeMap::new();
+        for resolved in survey.links.iter().filter(|resolved| resolved.port.0 == m && !resolved.is_plain()) {
+            let link_end = resolved.port.1;
+            if !ordinals.contains_key(&link_end) {
+                let conversion = if (self.stays)(link_end) {
+                    ConversionWiring::Same(link_end)
                 } else {
-                    ConversionWiring::New(self.conversion(wire)?)
+                    ConversionWiring::New(self.conversion(link_end)?)
                 };
                 conversions.push(conversion);
             }
-            let ordinal = ordinals.entry(wire).or_default();
+            let ordinal = ordinals.entry(link_end).or_default();
             // Else it waits for what is not there yet.
-            if let Some(program) = self.program(joint) {
-                let (property, writer) = self.source(joint.target)?;
-                let early = self.is_early(joint);
-                let end = ReadEnd::Source(joint, program, *ordinal);
-                reads.push(WiredRead { early, writer, property, end });
+            if let Some(program) = self.program(resolved) {
+                let (property, writer) = self.source(resolved.target)?;
+                let early = self.is_early(resolved);
+                let end = ReadEnd::Source(resolved, program, *ordinal);
+                reads.push(LinkedRead { early, writer, property, end });
                 *ordinal += 1;
             }
         }
@@ -193,18 +195,18 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     fn input(
         &mut self,
         p: usize,
-        read: &WiredRead<'_, '_>,
+        read: &LinkedRead<'_, '_>,
         writer: Option<Arc<Health>>,
     ) -> Option<(InputPort, Option<Latest>)> {
-        let (m, wire, port) = (self.module, Wire::Port(p), self.plan.port(self.module, p));
-        let reader = if (self.stays)(wire) || self.keeps_own(wire) {
+        let (m, link_end, port) = (self.module, LinkEnd::Port(p), self.plan.port(self.module, p));
+        let reader = if (self.stays)(link_end) || self.keeps_own(link_end) {
             None
         } else {
             let reader = read.property.channel()?.latest();
-            Some(self.builder.granted(m, wire, &read.property, reader)?)
+            Some(self.builder.granted(m, link_end, &read.property, reader)?)
         };
-        let stale = self.plan.joint(m, wire).and_then(|joint| joint.link.stale.as_ref());
-        let is_converted = self.plan.is_converted(m, wire);
+        let stale = self.plan.link(m, link_end).and_then(|resolved| resolved.link.stale.as_ref());
+        let is_converted = self.plan.is_converted(m, link_end);
         let triggers = self.plan.triggers(m, p) && !is_converted;
         let path = self.plan.port_path(m, p);
         let port = InputPort {
@@ -219,7 +221,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             wakes: triggers && !read.early,
             is_previous: read.early,
             is_written: is_converted
-                || self.plan.joint(m, wire).is_some_and(|joint| self.is_written(joint.target)),
+                || self.plan.link(m, link_end).is_some_and(|resolved| self.is_written(resolved.target)),
             writer,
             seen: (0, 0),
             missed: 0,
@@ -234,11 +236,11 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         match target {
             LinkSource::Port(module, port) => {
                 self.plan.port(module, port).direction != Direction::Input
-                    || self.plan.is_converted(module, Wire::Port(port))
+                    || self.plan.is_converted(module, LinkEnd::Port(port))
             }
-            LinkSource::Implied(module, Implied::Params) => self.plan.is_converted(module, Wire::Params),
+            LinkSource::Implied(module, Implied::Params) => self.plan.is_converted(module, LinkEnd::Params),
             LinkSource::Implied(module, Implied::Enabled) => {
-                self.plan.joints(module, Wire::Enabled).next().is_some()
+                self.plan.links(module, LinkEnd::Enabled).next().is_some()
             }
             _ => true,
         }
@@ -247,27 +249,27 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     /// Makes a source of a port that links fill, unless it keeps its own.
     fn converted_source(
         &mut self,
-        joint: &ResolvedLink<'_>,
+        resolved: &ResolvedLink<'_>,
         program: &Arc<Program>,
         property: &Property,
         writer: Option<Arc<Health>>,
     ) -> Option<Option<(Latest, ConvertedSource)>> {
-        let (m, wire) = (self.module, joint.port.1);
-        if (self.stays)(wire) {
+        let (m, link_end) = (self.module, resolved.port.1);
+        if (self.stays)(link_end) {
             return Some(None);
         }
-        let stale = match wire {
-            Wire::Port(p) => self.plan.port(m, p).stale_after,
-            Wire::Enabled | Wire::Params => None,
+        let stale = match link_end {
+            LinkEnd::Port(p) => self.plan.port(m, p).stale_after,
+            LinkEnd::Enabled | LinkEnd::Params => None,
         };
         let reader = property.channel()?.latest();
-        let reader = self.builder.granted(m, wire, property, reader)?;
+        let reader = self.builder.granted(m, link_end, property, reader)?;
         let source = ConvertedSource {
             reader: 0,
             program: Arc::clone(program),
-            filter: joint.filter.clone(),
+            filter: resolved.filter.clone(),
             writer,
-            stale_after: joint.link.stale.as_ref().map(|stale| stale.value).or(stale),
+            stale_after: resolved.link.stale.as_ref().map(|stale| stale.value).or(stale),
             seen: (0, 0),
             time: None,
             is_missing: false,
@@ -276,64 +278,64 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     /// Returns the conversion of a link; `None` while its source does not exist.
-    fn program(&self, joint: &ResolvedLink<'_>) -> Option<Arc<Program>> {
-        match &joint.conversion {
+    fn program(&self, resolved: &ResolvedLink<'_>) -> Option<Arc<Program>> {
+        match &resolved.conversion {
             LinkConversion::Plain => None,
             LinkConversion::Converted(program) => Some(Arc::clone(program)),
             // It may be on the board by now; it is linked anew when it is known to be there.
-            LinkConversion::Pending(_) if matches!(joint.target, LinkSource::Remote(_)) => None,
+            LinkConversion::Pending(_) if matches!(resolved.target, LinkSource::Remote(_)) => None,
             LinkConversion::Pending(place) => {
-                let property = self.builder.property(&self.plan.target_path(joint.target))?;
-                // What does not fit is said when the plugin is loaded.
-                let source = FieldPlace::find(property.descriptor(), &joint.from).ok()?;
+                let property = self.builder.property(&self.plan.target_path(resolved.target))?;
+                // A mismatch is reported when the plugin is loaded.
+                let source = FieldPlace::find(property.descriptor(), &resolved.from).ok()?;
                 Program::new(&source, place).ok().map(Arc::new)
             }
         }
     }
 
     /// Returns true if a port keeps its own property, which links fill.
-    fn keeps_own(&self, wire: Wire) -> bool {
-        self.plan.is_converted(self.module, wire) && self.builder.kept.contains(&(self.module, wire))
+    fn keeps_own(&self, link_end: LinkEnd) -> bool {
+        self.plan.is_converted(self.module, link_end) && self.builder.kept.contains(&(self.module, link_end))
     }
 
-    fn conversion(&mut self, wire: Wire) -> Option<Conversion> {
+    fn conversion(&mut self, link_end: LinkEnd) -> Option<Conversion> {
         let m = self.module;
         let surveyed = self.plan.surveyed(m);
-        let (path, value, triggers) = match wire {
-            Wire::Port(p) => {
+        let (path, value, triggers) = match link_end {
+            LinkEnd::Port(p) => {
                 let port = self.plan.port(m, p);
                 let value = surveyed.inputs.get(&p).cloned().unwrap_or_else(|| vec![0; port.descriptor.size]);
                 (format!("{}/{}", self.plan.name(m), port.name), value, self.plan.triggers(m, p))
             }
-            Wire::Enabled => {
+            LinkEnd::Enabled => {
                 (format!("{}/enabled", self.plan.name(m)), vec![surveyed.module.enabled.value.into()], false)
             }
-            Wire::Params => (format!("{}/params", self.plan.name(m)), surveyed.params.clone(), false),
+            LinkEnd::Params => (format!("{}/params", self.plan.name(m)), surveyed.params.clone(), false),
         };
         let property = self.builder.property(&path)?;
         let shape = property.channel()?.shape();
         let items = value.len().saturating_sub(shape.size).checked_div(shape.item).unwrap_or(0);
-        let is_set = match wire {
-            Wire::Port(p) => surveyed.inputs.contains_key(&p),
-            Wire::Enabled => true,
-            Wire::Params => false,
+        let is_set = match link_end {
+            LinkEnd::Port(p) => surveyed.inputs.contains_key(&p),
+            LinkEnd::Enabled => true,
+            LinkEnd::Params => false,
         };
-        let writer = if wire == Wire::Params || self.builder.kept.contains(&(m, wire)) {
+        let writer = if link_end == LinkEnd::Params || self.builder.kept.contains(&(m, link_end)) {
             None
         } else {
             let mut writer = new_writer(&property)?;
             if is_set {
-                // Nobody reads it yet.
+                // It has no reader yet.
                 let _ = writer.write(&value, items, self.builder.made.time());
             }
             Some(writer)
         };
         let mut memory = AlignedMemory::zeroed(value.len());
         memory.bytes_mut(value.len()).copy_from_slice(&value);
-        let mut joints = self.plan.joints(m, wire).filter(|joint| !joint.is_plain());
-        let is_pending = joints.any(|joint| self.program(joint).is_none());
+        let mut links = self.plan.links(m, link_end).filter(|resolved| !resolved.is_plain());
+        let is_pending = links.any(|resolved| self.program(resolved).is_none());
         Some(Conversion {
-            wire,
+            link_end,
             property,
             writer,
             is_set,
@@ -349,17 +351,17 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     fn queue(&mut self, p: usize) -> Option<QueueWiring> {
-        let (m, wire) = (self.module, Wire::Port(p));
+        let (m, link_end) = (self.module, LinkEnd::Port(p));
         let port = self.plan.port(m, p);
-        let joint = self.plan.joint(m, wire);
-        let link = joint.map(|joint| joint.link);
+        let resolved = self.plan.link(m, link_end);
+        let link = resolved.map(|resolved| resolved.link);
         let window =
             link.and_then(|link| link.window.as_ref()).map_or(port.window, |window| window.value.into());
-        let reader = if (self.stays)(wire) {
+        let reader = if (self.stays)(link_end) {
             None
         } else {
-            let property = match joint {
-                Some(joint) => self.source(joint.target)?.0,
+            let property = match resolved {
+                Some(resolved) => self.source(resolved.target)?.0,
                 None => self.builder.own_property(m, p)?,
             };
             let policy = match link.and_then(|link| link.policy.as_ref()).map(|policy| policy.value) {
@@ -368,12 +370,12 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             };
             let channel = property.channel()?;
             let enough = channel.keeps_enough(window);
-            let target = joint.map(|joint| joint.target);
+            let target = resolved.map(|resolved| resolved.target);
             if !enough && target.and_then(|target| self.plan.writing(target)).is_none() {
                 let span = link.map_or(self.plan.surveyed(m).module.name.span, |link| link.from.span);
                 let port = self.plan.port_path(m, p);
                 let (message, help) = shallow_source(property.path(), channel.depth(), &port, window);
-                self.builder.complaints.add(span, message, help);
+                self.builder.diagnostics.add(span, message, help);
                 return None;
             }
             let reader = match target {
@@ -385,11 +387,11 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
                 }
                 _ => channel.queue(policy, Start::Next),
             };
-            Some(self.builder.granted(m, wire, &property, reader)?)
+            Some(self.builder.granted(m, link_end, &property, reader)?)
         };
         let path = self.plan.port_path(m, p);
         let eviction_message = format!(
-            "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
+            "`{}` fell behind and was evicted, by its link's policy: unlink and link it to read again",
             port.name
         );
         let gauge = Arc::clone(self.builder.resources.gauges.entry(path).or_default());
@@ -400,14 +402,14 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             triggers: self.plan.triggers(m, p),
             reader,
             window: window.max(16),
-            is_previous: joint.is_some_and(|joint| self.is_early(joint)),
-            filter: joint.and_then(|joint| joint.filter.clone()),
+            is_previous: resolved.is_some_and(|resolved| self.is_early(resolved)),
+            filter: resolved.and_then(|resolved| resolved.filter.clone()),
         })
     }
 
     fn outbox(&mut self, p: usize) -> Option<OutboxWiring> {
         let m = self.module;
-        let target = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target);
+        let target = self.plan.link(m, LinkEnd::Port(p)).map(|resolved| resolved.target);
         let Some(
             target @ (LinkSource::Port(..)
             | LinkSource::Absent(_)
@@ -420,7 +422,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         let property = self.builder.property(&self.plan.target_path(target))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
         let name = self.plan.port_path(m, p);
-        let sender = self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
+        let sender = self.builder.granted(m, LinkEnd::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
             LinkSource::Port(module, _) => self.plan.name(module).to_owned(),
             LinkSource::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
@@ -444,7 +446,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         let path = self.plan.port_path(m, p);
         let property = self.builder.property(&path).filter(|_| self.plan.configuration.is_outgoing(&path))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-        self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&path))
+        self.builder.granted(m, LinkEnd::Port(p), &property, mailbox.sender_of(&path))
     }
 }
 

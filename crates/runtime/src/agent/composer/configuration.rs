@@ -9,7 +9,7 @@ use crate::agent::remote_links::RemoteLinks;
 use crate::agent::settings::SettingsChanger;
 use crate::agent::snapshot::{SnapshotRestorer, SnapshotTaker};
 use crate::sharing::{Inspection, RemotePath, TeamExchange};
-use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
+use crate::snapshot::{ApplicationState, PluginMark, Snapshot, SnapshotError};
 use slate_configuration::{Change, Database, Diagnostic, Proposal, Report};
 
 impl Composer {
@@ -48,13 +48,13 @@ impl Composer {
     ///
     /// # Errors
     /// As [`link`](Composer::link).
-    pub fn misfit(
+    pub fn mismatch(
         &self,
         link: &NewLink,
         path: RemotePath,
         property: &RemoteEnd<'_>,
     ) -> Result<Option<(String, String)>, Report> {
-        LinkEditor::new(&self.agent).misfit(link, path, property)
+        LinkEditor::new(&self.agent).mismatch(link, path, property)
     }
 
     /// Removes the links of an input or inbox.
@@ -94,7 +94,7 @@ impl Composer {
     /// Fails if they change links and a module blocks that.
     ///
     /// # Errors
-    /// The mistakes in them.
+    /// The errors in them.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         LinkEditor::new(&self.agent).commit(propose)
     }
@@ -103,8 +103,8 @@ impl Composer {
     ///
     /// # Errors
     /// The links that a module blocks.
-    pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
-        LinkEditor::new(&self.agent).judged(proposal)
+    pub fn checked(&self, proposal: Proposal) -> Result<Proposal, Report> {
+        LinkEditor::new(&self.agent).checked(proposal)
     }
 
     /// Logs changes of the configuration, with the values before and after.
@@ -151,8 +151,8 @@ impl Composer {
     }
 
     /// Adds content of the application to all later snapshots, under a name.
-    pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
-        SnapshotTaker::new(&self.agent).keep(name, keepsake)
+    pub fn add_application_state(&self, name: &str, state: Arc<dyn ApplicationState>) {
+        SnapshotTaker::new(&self.agent).add_application_state(name, state)
     }
 
     /// Takes a snapshot, writes it to a file and returns it.

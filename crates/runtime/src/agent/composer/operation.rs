@@ -6,9 +6,9 @@ use super::Composer;
 use crate::agent::actuators::GateOperator;
 use crate::agent::looping::{LoopControl, SystemClock};
 use crate::agent::playing::PlaybackAccess;
-use crate::agent::teleoperation::{ControlsError, ControlsHolder, ControlsKeeper, Teleoperation};
+use crate::agent::teleoperation::{ControlsError, ControlsHolder, ControlsRegistry, Teleoperation};
 use crate::playback::PlaybackControl;
-use crate::recording::{History, HistoryWish, RecordingRefusal, TakeValue};
+use crate::recording::{History, HistoryRequest, RecordingRefusal, TakeValue};
 use slate_engine::clock::TimeSource;
 use slate_engine::main_loop::{AgentTrace, LoopPolicy, Schedule};
 
@@ -45,12 +45,12 @@ impl Composer {
     /// # Errors
     /// When the actuator is unknown, or its controls are taken.
     pub fn take_controls(&self, actuator: &str, who: &str) -> Result<Teleoperation, ControlsError> {
-        ControlsKeeper::new(&self.agent).take_controls(actuator, who)
+        ControlsRegistry::new(&self.agent).take_controls(actuator, who)
     }
 
     /// The actuators, each with the holder of its controls.
     pub fn controls(&self) -> Vec<ControlsHolder> {
-        ControlsKeeper::new(&self.agent).controls()
+        ControlsRegistry::new(&self.agent).controls()
     }
 
     /// Sets the stages of the main loop, from its next cycle on.
@@ -81,8 +81,12 @@ impl Composer {
     ///
     /// # Errors
     /// The reason for which the values are not available.
-    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
-        PlaybackAccess::new(&self.agent).history(wish, take)
+    pub fn history(
+        &self,
+        request: &HistoryRequest,
+        take: &mut TakeValue<'_>,
+    ) -> Result<History, RecordingRefusal> {
+        PlaybackAccess::new(&self.agent).history(request, take)
     }
 
     /// Sets the playback that tools control; the application makes its cycles.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Composition, CompositionChange, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
-use slate_composition::{Catalogue, Surveyed, Wired};
+use slate_composition::{Catalogue, LinkedConfiguration, Surveyed};
 use slate_configuration::Report;
 use slate_engine::main_loop::SharedLoop;
 
@@ -20,15 +20,15 @@ impl Composition {
     /// Returns the configuration of a target with its inferred links.
     /// Types and roles decide these. Links of present modules are kept; a change that makes one of them ambiguous is
     /// refused.
-    fn wired(&self, target: &CompositionTarget) -> Wired {
+    fn linked(&self, target: &CompositionTarget) -> LinkedConfiguration {
         let is_present = |name: &str| self.assembly.modules.contains_key(name);
-        Wired::new(&target.configuration, &target.catalogue, &is_present)
+        LinkedConfiguration::new(&target.configuration, &target.catalogue, &is_present)
     }
 
     /// Checks a target, and returns the modules that it has.
     pub fn check(&self, target: &CompositionTarget) -> Result<BTreeMap<String, Fitting>, Report> {
-        let wired = self.wired(target);
-        let survey = wired.check(&target.catalogue)?;
+        let linked = self.linked(target);
+        let survey = linked.check(&target.catalogue)?;
         let described = |surveyed: Surveyed<'_>| {
             let Surveyed { module, kind, description, setup, params, .. } = surveyed;
             (module.name.value.clone(), Fitting { kind, description, setup, params })
@@ -44,9 +44,9 @@ impl Composition {
         shared: &Arc<SharedLoop>,
         states: &ModuleStates,
     ) -> Result<CompositionChange, Report> {
-        let wired = self.wired(&target);
-        let configuration = wired.configuration();
-        let survey = wired.check(&target.catalogue)?;
+        let linked = self.linked(&target);
+        let configuration = linked.configuration();
+        let survey = linked.check(&target.catalogue)?;
         let assembly = &mut self.assembly;
         assembly.deepen(configuration, &survey, shared).map_err(|module| Unlinked::late(&module).report)?;
         let arrivals = assembly.admit(configuration, &survey, states)?;
@@ -61,12 +61,12 @@ impl Composition {
         assembly.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &left);
         self.configuration = Arc::clone(configuration);
         self.catalogue = target.catalogue;
-        assembly.resources.means.plugins.show(self.catalogue.list());
+        assembly.resources.service_context.plugins.show(self.catalogue.list());
         if assembly.modules.len() > arrivals.names.len() {
             // Links of modules that stay to parts of what came or left.
             self.settle_links(configuration, shared);
         } else {
-            assembly.misfits = survey.misfits;
+            assembly.mismatches = survey.mismatches;
             self.waiting.unlinked = None;
         }
         Ok(CompositionChange { arrived: arrivals.names, left, restored: arrivals.restored })

@@ -9,12 +9,12 @@ use slate_module::Level;
 use super::Composition;
 use crate::agent::assembly::Unlinked;
 use crate::sharing::RemotePath;
-use slate_composition::{DiagnosticCollector, Wired, survey};
+use slate_composition::{DiagnosticCollector, LinkedConfiguration, survey};
 use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::SharedLoop;
 
 /// Polling interval for the return of the module that blocks links.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// Callback that makes blocked links.
 pub(in crate::agent) trait LinkRetry: Send + Sync {
@@ -41,7 +41,7 @@ impl WaitingLinks {
         let Some(retry) = self.retry.clone().filter(|_| !self.is_trying) else { return };
         let work = move || {
             loop {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_PERIOD);
                 if !retry.retry() {
                     return;
                 }
@@ -112,37 +112,37 @@ impl Composition {
     pub fn unmade(&self) -> BTreeMap<String, String> {
         let Some(unlinked) = &self.waiting.unlinked else { return BTreeMap::new() };
         let configuration = &self.configuration;
-        let mut complaints = DiagnosticCollector::new(configuration);
-        let survey = survey(configuration, &self.catalogue, &mut complaints);
+        let mut diagnostics = DiagnosticCollector::new(configuration);
+        let survey = survey(configuration, &self.catalogue, &mut diagnostics);
         let changed = self.assembly.changed(configuration, &survey);
-        let ports = changed
-            .iter()
-            .flat_map(|(module, wires)| wires.iter().map(|wire| survey.wire_path(*module, *wire)));
+        let ports = changed.iter().flat_map(|(module, link_ends)| {
+            link_ends.iter().map(|link_end| survey.end_path(*module, *link_end))
+        });
         ports.map(|port| (port, unlinked.reason())).collect()
     }
 
     /// Returns a configuration with the agent's loaded modules and inferred links.
     /// The loaded modules are those loaded by hand. Ports without a setting any more get their inferred links again.
-    pub fn rewired(&self, configuration: &Configuration) -> Wired {
+    pub fn with_inferred_links(&self, configuration: &Configuration) -> LinkedConfiguration {
         let configuration = configuration.with_loaded_of(&self.configuration);
-        Wired::after(&configuration, &self.configuration, &self.catalogue)
+        LinkedConfiguration::after(&configuration, &self.configuration, &self.catalogue)
     }
 
     /// Refuses a configuration whose links can't be made now.
     /// This is the case if a module that has not returned blocks them.
     pub fn check_returned(&self, configuration: &Configuration) -> Result<(), Report> {
-        let wired = self.rewired(configuration);
-        let configuration = &**wired.configuration();
-        let mut complaints = DiagnosticCollector::new(configuration);
-        let survey = survey(configuration, &self.catalogue, &mut complaints);
+        let linked = self.with_inferred_links(configuration);
+        let configuration = &**linked.configuration();
+        let mut diagnostics = DiagnosticCollector::new(configuration);
+        let survey = survey(configuration, &self.catalogue, &mut diagnostics);
         let changed = self.assembly.changed(configuration, &survey);
-        let leads =
+        let links_by_port =
             changed.keys().flat_map(|module| survey.link_signatures(configuration, *module).into_values());
-        let writers = leads.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
+        let writers = links_by_port.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
         let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
         let involved: BTreeSet<String> = readers.chain(writers).collect();
         let loaded = &self.assembly.modules;
-        let late = involved.iter().find(|name| loaded.get(*name).is_some_and(|loaded| loaded.seat.is_late()));
+        let late = involved.iter().find(|name| loaded.get(*name).is_some_and(|loaded| loaded.cell.is_late()));
         late.map_or(Ok(()), |late| Err(Unlinked::late(late).report))
     }
 }

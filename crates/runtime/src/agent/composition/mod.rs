@@ -14,7 +14,7 @@ use slate_module::{ModuleKind, Plugin};
 use super::assembly::Assembly;
 use super::remotes::Remotes;
 use crate::playback::PlaybackControl;
-use crate::snapshot::Keepsake;
+use crate::snapshot::ApplicationState;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
 use slate_configuration::{Configuration, Database, Diagnostic, Report};
@@ -63,7 +63,7 @@ pub(super) trait AutomaticSnapshot: Send + Sync {
 #[derive(Default)]
 pub(super) struct SnapshotSettings {
     /// Content of the application in snapshots.
-    pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
+    pub application_states: BTreeMap<String, Arc<dyn ApplicationState>>,
     /// Automatic snapshots.
     pub automatic: Option<Arc<dyn AutomaticSnapshot>>,
 }

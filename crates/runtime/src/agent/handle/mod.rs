@@ -97,7 +97,7 @@ impl LinkRetry for WeakHandle {
         let Some(agent) = self.upgrade() else { return false };
         let mut composition = agent.composition();
         let Some(modules) = composition.retry_links(&agent.shared) else { return false };
-        agent.tell_links(&modules);
+        agent.record_links(&modules);
         true
     }
 }
@@ -171,7 +171,7 @@ impl AgentHandle {
     }
 
     /// Logs the modules whose links have changed.
-    pub fn tell_links(&self, modules: &[String]) {
+    pub fn record_links(&self, modules: &[String]) {
         if !modules.is_empty() {
             self.log(Level::Info, &format!("links changed, of these modules: {}", modules.join(", ")));
         }

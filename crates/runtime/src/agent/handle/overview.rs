@@ -10,7 +10,7 @@ use slate_blackboard::Board;
 
 use crate::agent::assembly::LoadedModule;
 use crate::agent::composition::Composition;
-use slate_engine::main_loop::Seat;
+use slate_engine::main_loop::RunnerCell;
 use slate_engine::runner::{Health, ModuleCondition};
 use slate_module::{Description, Parameter, PortDescription};
 
@@ -73,7 +73,7 @@ struct ListedModule {
     plugin: String,
     has_shadow: bool,
     description: Arc<Description>,
-    seat: Weak<Seat>,
+    cell: Weak<RunnerCell>,
     health: Arc<Health>,
 }
 
@@ -124,7 +124,7 @@ impl ListedModule {
             plugin: self.plugin.clone(),
             condition: self.health.condition().name(),
             waiting_for: self.waiting_for(board),
-            ticks: self.seat.upgrade().map_or(0, |seat| seat.ticks()),
+            ticks: self.cell.upgrade().map_or(0, |cell| cell.ticks()),
             misses: self.health.misses.load(Ordering::Relaxed),
             panics: self.health.panics.load(Ordering::Relaxed),
             has_shadow: self.has_shadow,
@@ -183,8 +183,8 @@ fn modules(composition: &Composition) -> Vec<ListedModule> {
             plugin: plugin.map(|plugin| plugin.name().into()).unwrap_or_default(),
             has_shadow: composition.plugins.trials.values().any(|trial| trial.modules.contains(name)),
             description: Arc::clone(&loaded.description),
-            seat: Arc::downgrade(&loaded.seat),
-            health: Arc::clone(&loaded.seat.health),
+            cell: Arc::downgrade(&loaded.cell),
+            health: Arc::clone(&loaded.cell.health),
         }
     };
     composition.assembly.modules.iter().map(listed).collect()

@@ -40,7 +40,7 @@ impl ChangeRecorder {
     /// Makes a change that a module requests, at a time set by the wall clock.
     /// The recorder is notified that the run can't be reproduced.
     pub fn make_for_module<R>(&self, module: &str, what: &str, make: impl FnOnce() -> R) -> R {
-        self.tell(what);
+        self.record_unrepeatable(what);
         by_module(module, make)
     }
 
@@ -100,7 +100,7 @@ impl ChangeRecorder {
     }
 
     /// Reports the answer to a module's change of settings to the recorder.
-    pub fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
+    pub fn record_request(&self, module: &str, lines: &str, answer: &Result<String, String>) {
         let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
         self.report(None, &[Recorded::Asked { module, lines, answer }]);
     }
@@ -113,7 +113,7 @@ impl ChangeRecorder {
     }
 
     /// Reports a change that can't be reproduced to the recorder.
-    pub fn tell(&self, what: &str) {
+    pub fn record_unrepeatable(&self, what: &str) {
         self.report(None, &[other(what)]);
     }
 }

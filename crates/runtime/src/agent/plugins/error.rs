@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use slate_configuration::Mistake;
+use slate_configuration::ErrorCode;
 use slate_configuration::Report;
 use slate_engine::plugin::LibraryError;
 
@@ -81,7 +81,7 @@ pub enum PluginError {
         name: String,
     },
     /// Missing dependency of a plugin.
-    #[error("plugin `{name}` needs plugin `{dependency}`, which is not there")]
+    #[error("plugin `{name}` needs plugin `{dependency}`, which does not exist")]
     #[diagnostic(help("add [plugins.{dependency}] with its file to the configuration, or load it first"))]
     Missing {
         /// The plugin.
@@ -135,10 +135,8 @@ pub enum PluginError {
         module: String,
     },
     /// A thread of a module does not stop.
-    #[error("thread `{thread}` of module `{module}` has not ended within {limit:?} of being told to stop")]
-    #[diagnostic(help(
-        "wait until it ends and try again; a thread that waits for a device needs a time-out"
-    ))]
+    #[error("thread `{thread}` of module `{module}` has not ended within {limit:?} after the stop request")]
+    #[diagnostic(help("wait until it ends and try again; a thread that waits for a device needs a timeout"))]
     Thread {
         /// The module.
         module: String,
@@ -177,14 +175,14 @@ pub enum PluginError {
 }
 
 impl PluginError {
-    /// Kind of the mistake, if any.
-    pub fn mistake(&self) -> Option<Mistake> {
+    /// Error code, if any.
+    pub fn error_code(&self) -> Option<ErrorCode> {
         Some(match self {
-            Self::Library(_) | Self::SameKind { .. } | Self::OtherPlugin { .. } => Mistake::Library,
-            Self::Unfit(report) => return report.mistake(),
-            Self::Unknown { .. } | Self::NotLoaded { .. } | Self::NoneLoaded { .. } => Mistake::Name,
-            Self::Circle { .. } => Mistake::Circle,
-            Self::TimeSource { .. } => Mistake::TimeSource,
+            Self::Library(_) | Self::SameKind { .. } | Self::OtherPlugin { .. } => ErrorCode::Library,
+            Self::Unfit(report) => return report.error_code(),
+            Self::Unknown { .. } | Self::NotLoaded { .. } | Self::NoneLoaded { .. } => ErrorCode::Name,
+            Self::Circle { .. } => ErrorCode::Circle,
+            Self::TimeSource { .. } => ErrorCode::TimeSource,
             _ => return None,
         })
     }

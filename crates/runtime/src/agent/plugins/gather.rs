@@ -219,14 +219,14 @@ impl<'a> PluginSources<'a> {
             watch: composition.plugins.known.as_ref().map(|known| LibraryWatch {
                 known,
                 logger: &resources.logger,
-                clock: &resources.means.clock,
+                clock: &resources.service_context.clock,
             }),
         }
     }
 
     /// Loads a library for the modules of the configuration.
     pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
-        self.look(file)?;
+        self.check_file(file)?;
         let modules = self.configuration.modules();
         let are_isolated = |outline: &LibraryOutline| {
             outline.modules.iter().all(|kind| {
@@ -240,7 +240,7 @@ impl<'a> PluginSources<'a> {
 
     /// Reports a library that has changed since its last load.
     /// A damaged one is refused.
-    pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
+    pub fn check_file(&self, file: &Path) -> Result<(), LibraryError> {
         let Some(watch) = self.watch else { return Ok(()) };
         if watch.known.check(file)? {
             let text = format!(

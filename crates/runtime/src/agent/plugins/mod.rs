@@ -1,10 +1,10 @@
 //! Loading, unloading and code exchange of plugins.
 
-mod departure;
 mod error;
 mod exchange;
 mod gather;
 mod reload;
+mod removal;
 mod shadow;
 mod trial;
 mod version;
@@ -20,11 +20,11 @@ use super::assembly::ModuleStates;
 use super::composition::{Composition, CompositionTarget};
 use super::handle::AgentHandle;
 use crate::recording::Change;
-use departure::Departure;
 pub use error::PluginError;
 use gather::Gathered;
 pub(super) use gather::{catalogue, host_catalogue};
 pub(super) use reload::Reloader;
+use removal::ModuleRemoval;
 pub(super) use shadow::ShadowRunner;
 use slate_composition::{Catalogue, scope};
 use slate_configuration::Configuration;
@@ -193,19 +193,19 @@ impl<'c> PluginLoader<'c> {
         let leaving = composition.modules_of(&names);
         let unload = Change::Unload { name: name.into() };
         let _closed = self.agent.recorder.make(vec![unload], || -> Result<_, PluginError> {
-            let departure = Departure::new(&self.agent.shared, &leaving);
-            departure.ask(&composition)?;
+            let removal = ModuleRemoval::new(&self.agent.shared, &leaving);
+            removal.check_vetoes(&composition)?;
             let mut target =
                 composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
             target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
             // Before anything is ended for it.
             composition.check(&target)?;
-            let closed = departure.end_threads(&composition)?;
+            let closed = removal.end_threads(&composition)?;
             // New code beside a module ends with it.
             for name in &names {
                 ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
             }
-            // What left is dropped before the libraries are looked at.
+            // Removed parts are dropped before the libraries are checked.
             drop(composition.change(target, &self.agent.shared, &ModuleStates::new())?);
             Ok(closed)
         })?;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use slate_module::Plugin;
 
-use super::departure::Departure;
 use super::exchange::CodeExchange;
 use super::gather::{PluginSources, other_plugin};
+use super::removal::ModuleRemoval;
 use super::trial::ModuleTrials;
 use super::version::PluginVersion;
 use super::{CarriedStates, PluginError, Reload, not_loaded};
@@ -62,7 +62,7 @@ impl<'c> Reloader<'c> {
                 version.take_in(&mut composition)?;
                 Ok(modules)
             } else {
-                Departure::new(&self.agent.shared, &modules).ask(&composition)?;
+                ModuleRemoval::new(&self.agent.shared, &modules).check_vetoes(&composition)?;
                 // While they are away nothing may miss them; found out before anything is ended for it.
                 composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
                 ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
@@ -95,7 +95,7 @@ impl<'c> Reloader<'c> {
         old: &Plugin,
         new: &Plugin,
     ) -> Result<CarriedStates, PluginError> {
-        let _closed = Departure::new(&self.agent.shared, modules).end_threads(composition)?;
+        let _closed = ModuleRemoval::new(&self.agent.shared, modules).end_threads(composition)?;
         let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
         without.keep = true;
         let states = composition.change(without, &self.agent.shared, &ModuleStates::new())?.left;

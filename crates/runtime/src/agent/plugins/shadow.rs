@@ -46,7 +46,7 @@ impl<'c> ShadowRunner<'c> {
             let reason = format!("module `{module}` is isolated, and its new code would run in the agent");
             return Err(instead(name, &reason));
         }
-        PluginSources::of(&composition).look(file)?;
+        PluginSources::of(&composition).check_file(file)?;
         let program = composition.assembly.resources.arenas.program.as_deref();
         let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
         if new.name() != name {
@@ -90,7 +90,7 @@ impl<'c> ShadowRunner<'c> {
     /// Replaces a plugin's code by its shadow between two steps.
     /// The new code has the states that it has by then.
     pub fn promote(&self, name: &str) -> Result<Reload, PluginError> {
-        self.agent.recorder.tell("new code that ran beside the old");
+        self.agent.recorder.record_unrepeatable("new code that ran beside the old");
         let mut composition = self.agent.composition();
         let trial = composition.plugins.trials.get(name).ok_or_else(|| alone(&composition, name))?;
         let (plugin, origin, modules) = (trial.plugin.clone(), trial.origin.clone(), trial.modules.clone());
@@ -102,13 +102,13 @@ impl<'c> ShadowRunner<'c> {
             .iter()
             .map(|module| &composition.assembly.modules[module])
             .partition(|loaded| loaded.own_thread);
-        let threaded = threaded.into_iter().map(|loaded| vec![Arc::clone(&loaded.seat)]);
-        let on_loop = on_loop.into_iter().map(|loaded| Arc::clone(&loaded.seat)).collect();
+        let threaded = threaded.into_iter().map(|loaded| vec![Arc::clone(&loaded.cell)]);
+        let on_loop = on_loop.into_iter().map(|loaded| Arc::clone(&loaded.cell)).collect();
         let groups: Vec<(bool, Vec<_>)> =
-            threaded.map(|seats| (true, seats)).chain([(false, on_loop)]).collect();
+            threaded.map(|cells| (true, cells)).chain([(false, on_loop)]).collect();
         let mut done = Vec::new();
-        for (own_thread, seats) in groups.into_iter().filter(|(_, seats)| !seats.is_empty()) {
-            match trials.take_over(name, seats, own_thread) {
+        for (own_thread, cells) in groups.into_iter().filter(|(_, cells)| !cells.is_empty()) {
+            match trials.take_over(name, cells, own_thread) {
                 Ok(exchanged) => done.push(exchanged),
                 Err(error) => {
                     if !done.is_empty() {

@@ -11,14 +11,14 @@ use super::PluginError;
 use super::exchange::{ExchangedCode, exchange_one};
 use crate::agent::composition::{Composition, PluginTrial};
 use slate_engine::clock::monotonic;
-use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::main_loop::{RunnerCell, SharedLoop};
 use slate_engine::runner::{Retired, Shadow, ShadowState};
 
 /// Time limit for a shadow to catch up with its steps, and to end.
 const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Polling interval for a shadow's steps.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// Longest wait at the end of a cycle for the last steps, ns.
 /// It is short beside the rest of a period.
@@ -60,22 +60,22 @@ impl<'c> ModuleTrials<'c> {
         };
         let begun = shadow.and_then(|shadow| {
             let loaded = &composition.assembly.modules[module];
-            let (own, seat) = (loaded.own_thread, Arc::clone(&loaded.seat));
-            let begun = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+            let (own, cell) = (loaded.own_thread, Arc::clone(&loaded.cell));
+            let begun = self.shared.with_cells(&[Arc::clone(&cell)], own, move || {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
-                    let runner = unsafe { seat.runner() };
+                    let runner = unsafe { cell.runner() };
                     runner.code.parts()
                 };
                 let state = if instance.is_null() {
                     Err("it had failed".into())
                 } else {
                     // SAFETY: the instance is of that kind, and between two steps it belongs to this call.
-                    seat.call(own, || unsafe { kind.save(instance) })?.map_err(|refusal| refusal.0)
+                    cell.call(own, || unsafe { kind.save(instance) })?.map_err(|refusal| refusal.0)
                 };
                 let carried = state.map(|state| shadow.begin_with(state));
                 // SAFETY: as above.
-                unsafe { seat.runner() }.begin_shadow(shadow);
+                unsafe { cell.runner() }.begin_shadow(shadow);
                 Some(carried)
             });
             begun.ok_or_else(|| PluginError::Late { module: module.into() })
@@ -98,33 +98,33 @@ impl<'c> ModuleTrials<'c> {
     pub fn take_over(
         &self,
         name: &str,
-        seats: Vec<Arc<Seat>>,
+        cells: Vec<Arc<RunnerCell>>,
         own_thread: bool,
     ) -> Result<ExchangedCode, PluginError> {
         let mut waited = Duration::ZERO;
         loop {
-            let involved = seats.clone();
-            match self.shared.with_seats(&seats, own_thread, move || Some(exchange_all(&involved))) {
+            let involved = cells.clone();
+            match self.shared.with_cells(&cells, own_thread, move || Some(exchange_all(&involved))) {
                 Some(Ok(pairs)) => {
                     let (old, shadows): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
                     shadows.into_iter().for_each(|shadow| shadow.end(TIMEOUT));
-                    return Ok(ExchangedCode { seats, own_thread, old });
+                    return Ok(ExchangedCode { cells, own_thread, old });
                 }
                 Some(Err(Unready::Lags(module))) if waited >= TIMEOUT => {
                     let reason = format!("the new code of module `{module}` lags behind or does not return");
                     return Err(refused(name, &reason, &mend(name)));
                 }
                 Some(Err(Unready::Lags(_))) => {
-                    std::thread::sleep(LOOK);
-                    waited += LOOK;
+                    std::thread::sleep(POLL_PERIOD);
+                    waited += POLL_PERIOD;
                 }
                 Some(Err(Unready::Panicked(module))) => {
                     let reason = format!("the new code of module `{module}` has panicked");
                     return Err(refused(name, &reason, &mend(name)));
                 }
                 None => {
-                    let late = seats.iter().find(|seat| !seat.is_idle()).or(seats.first());
-                    let module = late.map(|seat| seat.name.to_string()).unwrap_or_default();
+                    let late = cells.iter().find(|cell| !cell.is_idle()).or(cells.first());
+                    let module = late.map(|cell| cell.name.to_string()).unwrap_or_default();
                     return Err(PluginError::Late { module });
                 }
             }
@@ -146,10 +146,10 @@ impl<'c> ModuleTrials<'c> {
     pub fn end_one(&self, composition: &Composition, trial: &PluginTrial) {
         for module in &trial.modules {
             let Some(loaded) = composition.assembly.modules.get(module) else { continue };
-            let seat = Arc::clone(&loaded.seat);
-            let shadow = self.shared.with_seats(&[Arc::clone(&seat)], loaded.own_thread, move || {
+            let cell = Arc::clone(&loaded.cell);
+            let shadow = self.shared.with_cells(&[Arc::clone(&cell)], loaded.own_thread, move || {
                 // SAFETY: between two steps the runner is not in use.
-                Some(unsafe { seat.runner() }.shadow.take())
+                Some(unsafe { cell.runner() }.shadow.take())
             });
             if let Some(shadow) = shadow.flatten() {
                 shadow.end(TIMEOUT);
@@ -173,12 +173,12 @@ enum Unready {
 
 /// Exchanges modules' code with their shadows: all of them, or none.
 /// It runs between two steps of the modules.
-fn exchange_all(seats: &[Arc<Seat>]) -> Result<Vec<(Retired, Shadow)>, Unready> {
+fn exchange_all(cells: &[Arc<RunnerCell>]) -> Result<Vec<(Retired, Shadow)>, Unready> {
     let until = monotonic() + MOMENT;
-    for seat in seats {
-        let name = || seat.name.to_string();
+    for cell in cells {
+        let name = || cell.name.to_string();
         // SAFETY: between two steps the runner is not in use.
-        let Some(shadow) = &unsafe { seat.runner() }.shadow else { return Err(Unready::Lags(name())) };
+        let Some(shadow) = &unsafe { cell.runner() }.shadow else { return Err(Unready::Lags(name())) };
         while !shadow.has_caught_up() {
             if monotonic() > until {
                 return Err(Unready::Lags(name()));
@@ -189,12 +189,12 @@ fn exchange_all(seats: &[Arc<Seat>]) -> Result<Vec<(Retired, Shadow)>, Unready> 
             return Err(Unready::Panicked(name()));
         }
     }
-    let exchanged = seats.iter().filter_map(|seat| {
+    let exchanged = cells.iter().filter_map(|cell| {
         // SAFETY: as above; the reference ends before the next one is made.
-        let shadow = unsafe { seat.runner() }.shadow.take()?;
+        let shadow = unsafe { cell.runner() }.shadow.take()?;
         // No step was made since, so that it is still there.
         let new = shadow.take_new()?;
-        Some((exchange_one(seat, new), shadow))
+        Some((exchange_one(cell, new), shadow))
     });
     Ok(exchanged.collect())
 }
@@ -205,7 +205,7 @@ fn path_of(module: &str) -> String {
 }
 
 fn mend(name: &str) -> String {
-    format!("the old code goes on; `slate plugin shadow {name} --end`, and mend the new code")
+    format!("the old code keeps running; `slate plugin shadow {name} --end`, and fix the new code")
 }
 
 pub(super) fn refused(name: &str, reason: &str, help: &str) -> PluginError {

@@ -1,6 +1,6 @@
 //! Demand of links from other agents, and its state.
 
-mod wants;
+mod demands;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::PoisonError;
@@ -8,8 +8,8 @@ use std::sync::PoisonError;
 use slate_blackboard::Board;
 
 use super::assembly::Assembly;
-use crate::sharing::{Readers, RemotePath, Sharing, Standing, Want};
-use slate_composition::{Catalogue, Misfit, RemoteProperty, remote_path};
+use crate::sharing::{DemandState, Readers, RemoteDemand, RemotePath, Sharing};
+use slate_composition::{Catalogue, LinkMismatch, RemoteProperty, remote_path};
 use slate_configuration::{Configuration, Link};
 
 /// Relation of the agent to other agents.
@@ -18,13 +18,13 @@ pub(super) struct Remotes {
     /// Transport of values; `None` if the program has none.
     pub sharing: Option<Box<dyn Sharing>>,
     pub started: bool,
-    pub wants: BTreeMap<RemotePath, Want>,
-    pub standing: BTreeMap<RemotePath, Standing>,
+    pub demands: BTreeMap<RemotePath, RemoteDemand>,
+    pub demand_states: BTreeMap<RemotePath, DemandState>,
     /// Properties of which links name a field, or the whole.
     /// They stay known while the other agent is absent.
     pub properties: BTreeMap<RemotePath, String>,
     /// Reported misfits of links with the properties of other agents.
-    told: BTreeMap<String, Misfit>,
+    reported: BTreeMap<String, LinkMismatch>,
     pub readers: Readers,
     epoch: u64,
 }
@@ -39,22 +39,26 @@ impl Remotes {
         &self,
         configuration: &Configuration,
         link: &Link,
-        misfits: &BTreeMap<String, Misfit>,
+        mismatches: &BTreeMap<String, LinkMismatch>,
     ) -> Option<String> {
         let path = remote_path(configuration, link)?;
-        if let Some(misfit) = misfits.get(&link.to.value) {
-            return Some(format!("{} ({})", misfit.message, misfit.help));
+        if let Some(mismatch) = mismatches.get(&link.to.value) {
+            return Some(format!("{} ({})", mismatch.message, mismatch.help));
         }
-        match self.standing.get(&path) {
-            Some(Standing::Served { .. }) => None,
-            Some(Standing::Absent { reason } | Standing::Silent { reason, .. }) => Some(reason.clone()),
+        match self.demand_states.get(&path) {
+            Some(DemandState::Served { .. }) => None,
+            Some(DemandState::Absent { reason } | DemandState::Silent { reason, .. }) => Some(reason.clone()),
             None => Some("the other agent has not answered".into()),
         }
     }
 
     /// Returns the demand of a configuration's links from other agents.
-    pub fn wanted(&self, configuration: &Configuration, assembly: &Assembly) -> BTreeMap<RemotePath, Want> {
-        wants::wants(configuration, &self.properties, &assembly.modules)
+    pub fn demanded(
+        &self,
+        configuration: &Configuration,
+        assembly: &Assembly,
+    ) -> BTreeMap<RemotePath, RemoteDemand> {
+        demands::demands(configuration, &self.properties, &assembly.modules)
     }
 
     /// Notes that a property of another agent is on the board.
@@ -100,12 +104,13 @@ impl Remotes {
 
     /// Returns messages on links with misfits that were not reported yet.
     /// Such links don't fit the properties of other agents.
-    pub fn news(&mut self, misfits: &BTreeMap<String, Misfit>) -> Vec<String> {
-        let new = misfits.iter().filter(|(to, misfit)| self.told.get(*to) != Some(*misfit));
-        let text =
-            |(to, misfit): (&String, &Misfit)| format!("{to} waits: {} ({})", misfit.message, misfit.help);
+    pub fn news(&mut self, mismatches: &BTreeMap<String, LinkMismatch>) -> Vec<String> {
+        let new = mismatches.iter().filter(|(to, mismatch)| self.reported.get(*to) != Some(*mismatch));
+        let text = |(to, mismatch): (&String, &LinkMismatch)| {
+            format!("{to} waits: {} ({})", mismatch.message, mismatch.help)
+        };
         let news = new.map(text).collect();
-        self.told.clone_from(misfits);
+        self.reported.clone_from(mismatches);
         news
     }
 }

@@ -1,5 +1,5 @@
 //! Consent of modules to new settings.
-//! Present modules are asked; absent ones are checked by their last known description.
+//! Present modules may refuse; absent ones are checked by their last known description.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -45,20 +45,23 @@ pub(super) fn check_dormant(
     configuration: &Configuration,
     catalogue: &Catalogue,
     last_known: &BTreeMap<String, Description>,
-    complaints: &mut DiagnosticCollector<'_>,
+    diagnostics: &mut DiagnosticCollector<'_>,
 ) {
     for module in configuration.modules() {
         if catalogue.is_dormant(&module.kind.value)
             && let Some(description) = last_known.get(&module.name.value)
         {
             let followed = parameters::followed(configuration, module, description);
-            parameters::bytes(description, &module.params, &followed, complaints);
+            parameters::bytes(description, &module.params, &followed, diagnostics);
         }
     }
 }
 
 /// Makes an instance for each question, and discards it.
-pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration) -> Result<(), Report> {
+pub(super) fn check_consent(
+    questions: Vec<ConsentQuestion>,
+    configuration: &Configuration,
+) -> Result<(), Report> {
     let mut diagnostics = Vec::new();
     for ConsentQuestion { kind, setup, params, timeout, place } in questions {
         match timeout.create(&kind, &setup, &params) {

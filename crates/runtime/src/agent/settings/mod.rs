@@ -16,7 +16,7 @@ use super::handle::{AgentHandle, WeakHandle, by_module};
 use super::links::{LinkEditor, new_loose_ends};
 use super::remote_links::RemoteLinks;
 use crate::recording::Change as Recorded;
-use consent::{ConsentQuestion, ask, check_dormant};
+use consent::{ConsentQuestion, check_consent, check_dormant};
 use live::{LiveSetting, OtherModules};
 use slate_composition::{DiagnosticCollector, Surveyed, survey};
 use slate_configuration::{Change, Configuration, Database, Edit, Report, Subscription, Watch};
@@ -36,8 +36,8 @@ impl FollowedSettings {
         database.validate_with(Box::new(move |configuration, changes| match judge.upgrade() {
             Some(agent) => {
                 let questions = SettingsChanger::new(&agent).may_change(configuration, changes)?;
-                // Foreign code answers, so nobody is kept waiting for it.
-                ask(questions, configuration)
+                // Foreign code answers, so no lock is held meanwhile.
+                check_consent(questions, configuration)
             }
             None => Ok(()),
         }));
@@ -92,9 +92,9 @@ fn report(reporter: &WeakHandle, edit: Result<Edit, Report>) {
 
 /// Returns the first paths of the changes, as a line of the log is short.
 fn some_of(changes: &[Change]) -> String {
-    const MOST: usize = 6;
-    let paths: Vec<_> = changes.iter().take(MOST).map(|change| change.path.as_str()).collect();
-    let more = changes.len().saturating_sub(MOST);
+    const MAX_PATHS: usize = 6;
+    let paths: Vec<_> = changes.iter().take(MAX_PATHS).map(|change| change.path.as_str()).collect();
+    let more = changes.len().saturating_sub(MAX_PATHS);
     let more = if more > 0 { format!(", and {more} more: see `slate config diff`") } else { String::new() };
     format!("{}{more}", paths.join(", "))
 }
@@ -158,16 +158,16 @@ impl<'c> SettingsChanger<'c> {
         changes: &[Change],
     ) -> Result<Vec<ConsentQuestion>, Report> {
         let mut composition = self.agent.composition();
-        let wired = composition.rewired(configuration);
-        let configuration = &**wired.configuration();
+        let linked = composition.with_inferred_links(configuration);
+        let configuration = &**linked.configuration();
         let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
         let later = OtherModules::of(current, configuration).refusals(changes);
-        let mut complaints = wired.collector();
-        let survey = survey(configuration, catalogue, &mut complaints);
-        check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
-        let mut diagnostics = std::mem::take(&mut complaints.diagnostics);
-        diagnostics.extend(wired.ambiguous().iter().cloned());
-        // A restart does not mend what is wrong in itself, so it is no advice then.
+        let mut diagnostics = linked.collector();
+        let survey = survey(configuration, catalogue, &mut diagnostics);
+        check_dormant(configuration, catalogue, &assembly.last_known, &mut diagnostics);
+        let mut diagnostics = std::mem::take(&mut diagnostics.diagnostics);
+        diagnostics.extend(linked.ambiguous().iter().cloned());
+        // A restart does not mend what is wrong in itself, so it is no help then.
         if diagnostics.is_empty() {
             diagnostics = later;
         }
@@ -203,7 +203,7 @@ impl<'c> SettingsChanger<'c> {
         let mut composition = self.agent.composition();
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
         let (mut of_log, mut of_links) = (false, false);
-        // An agent that goes on from a snapshot has the settings of that already.
+        // An agent that continues from a snapshot has the settings of that already.
         let is_new =
             |change: &&Change| !configuration.agrees_with(&composition.configuration, change.names());
         for change in changes.iter().filter(is_new) {
@@ -230,7 +230,7 @@ impl<'c> SettingsChanger<'c> {
         if of_log {
             self.agent.shared.logger.set_levels(configuration.log().levels());
         }
-        let configuration = Arc::clone(composition.rewired(configuration).configuration());
+        let configuration = Arc::clone(composition.with_inferred_links(configuration).configuration());
         // A recording has inferred links as if they were written.
         let recorded = |change: &Change| {
             let mut change = change.clone();
@@ -247,10 +247,10 @@ impl<'c> SettingsChanger<'c> {
         let Ok(()) = self.agent.recorder.make(changes.iter().map(recorded).collect(), || {
             if of_links || composition.waiting.unlinked.is_some() {
                 let modules = composition.settle_links(&configuration, &self.agent.shared);
-                self.agent.tell_links(&modules);
+                self.agent.record_links(&modules);
             }
-            let mut complaints = DiagnosticCollector::new(&configuration);
-            let survey = survey(&configuration, &composition.catalogue, &mut complaints);
+            let mut diagnostics = DiagnosticCollector::new(&configuration);
+            let survey = survey(&configuration, &composition.catalogue, &mut diagnostics);
             for surveyed in &survey.modules {
                 let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
                 if let Err(error) = self.apply_to(&configuration, surveyed, change) {
@@ -258,7 +258,7 @@ impl<'c> SettingsChanger<'c> {
                 }
             }
             // A plugin that was exchanged since it was judged may see it otherwise.
-            complaints
+            diagnostics
                 .diagnostics
                 .iter()
                 .for_each(|complaint| self.agent.log(Level::Error, &complaint.to_string()));
@@ -338,17 +338,17 @@ impl<'c> SettingsChanger<'c> {
             LinkEditor::new(self.agent).commit(|| database.propose_instead(&taken_back, &changes))
         })?;
         self.say_changes(&format!("{module} has changed"), &changes);
-        let changed: Vec<_> = changes.iter().map(|change| self.told(change)).collect();
+        let changed: Vec<_> = changes.iter().map(|change| self.describe(change)).collect();
         Ok(changed.join(", "))
     }
 
     /// Logs changes of the configuration, with the values before and after.
     pub fn say_changes(&self, what: &str, changes: &[Change]) {
-        changes.iter().for_each(|change| self.agent.say(&format!("{what} {}", self.told(change))));
+        changes.iter().for_each(|change| self.agent.say(&format!("{what} {}", self.describe(change))));
     }
 
     /// Returns a change with the defaults of missing values.
-    fn told(&self, Change { path, before, after, .. }: &Change) -> String {
+    fn describe(&self, Change { path, before, after, .. }: &Change) -> String {
         let default =
             || self.default_at(path).map_or("none".into(), |default| format!("{default} (default)"));
         let value = |value: &Option<slate_configuration::Value>| {

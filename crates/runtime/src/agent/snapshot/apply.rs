@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use slate_blackboard::message::{FrozenMessage, Mailbox};
+use slate_blackboard::message::{Mailbox, WaitingMessage};
 use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
 use super::capture::SnapshotSubject;
@@ -20,32 +20,32 @@ pub(super) struct Ready {
     pub fresh: BTreeMap<String, Option<Retired>>,
     /// Values of settings that hold in place of the snapshot's.
     pub kept: BTreeMap<String, Vec<u8>>,
-    pub keepsakes: Vec<Box<dyn FnOnce() + Send>>,
+    pub application_states: Vec<Box<dyn FnOnce() + Send>>,
     pub time: Arc<TimePlace>,
     /// True if actuators return to their armed state.
     pub rearm: bool,
 }
 
-pub(super) struct Thaw {
+pub(super) struct Restoration {
     pub subjects: Vec<SnapshotSubject>,
     pub ready: Ready,
 }
 
-impl Thaw {
+impl Restoration {
     /// Checks that the exchange is possible; nothing is changed if not.
     /// The caller must hold the token.
-    pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
+    pub fn check(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
-            if !subject.seat.is_idle() && !subject.seat.reclaim() {
+            if !subject.cell.is_idle() && !subject.cell.reclaim() {
                 let limit = std::time::Duration::ZERO;
                 return Err(SnapshotError::Busy { module: subject.name.clone(), limit });
             }
         }
         // SAFETY: the caller has the token.
         let core = unsafe { shared.core() };
-        if !ready.image.main_loop.thaw_time_source(core) {
-            let problems = vec!["the time source does not go on from there".into()];
+        if !ready.image.main_loop.restore_time_source(core) {
+            let problems = vec!["the time source can't continue from the snapshot".into()];
             return Err(SnapshotError::Unfit { agent: shared.board.agent().into(), problems });
         }
         Ok(self)
@@ -55,7 +55,7 @@ impl Thaw {
     /// The caller must hold the token, and the modules with threads of their own.
     pub fn apply(self, shared: &SharedLoop) -> Vec<Retired> {
         let Self { subjects, ready } = self;
-        let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
+        let Ready { image, mut fresh, kept, application_states, time, rearm } = ready;
         // SAFETY: the caller has the token.
         let core = unsafe { shared.core() };
         let now = image.clock.now;
@@ -64,8 +64,8 @@ impl Thaw {
         let mut old = Vec::new();
         let board = &*shared.board;
         for subject in &subjects {
-            // SAFETY: the seat is idle and the loop's, or held.
-            let runner = unsafe { subject.seat.runner() };
+            // SAFETY: the cell is idle and the loop's, or held.
+            let runner = unsafe { subject.cell.runner() };
             if let Some(instance) = fresh.remove(&subject.name) {
                 let (kind, instance) = match instance {
                     Some(fresh) => fresh.into_parts(),
@@ -74,24 +74,24 @@ impl Thaw {
                 old.push(runner.exchange(kind, instance));
             }
             // It was found to fit, and the runner has the writer, so a slot is free.
-            report(shared, runner.thaw_written(board, &image.properties));
+            report(shared, runner.restore_written(board, &image.properties));
         }
         for actuator in shared.actuators().iter() {
-            if let Some(frozen) = image.actuators.get(actuator.name()) {
-                report(shared, actuator.thaw(frozen, board, &image.properties, (rearm, now)));
+            if let Some(saved) = image.actuators.get(actuator.name()) {
+                report(shared, actuator.restore(saved, board, &image.properties, (rearm, now)));
             }
         }
         for property in board.properties() {
             let is_own = property.access() == Access::Setting || !property.has_writer();
-            if let Some(frozen) = image.properties.get(property.path()).filter(|_| is_own) {
-                report(shared, property.thaw(&frozen.values, None));
+            if let Some(saved) = image.properties.get(property.path()).filter(|_| is_own) {
+                report(shared, property.restore(&saved.values, None));
             }
         }
         for subject in &subjects {
-            let Some(frozen) = image.modules.get(&subject.name) else { continue };
+            let Some(saved) = image.modules.get(&subject.name) else { continue };
             // SAFETY: as above.
-            unsafe { subject.seat.runner() }.thaw(&subject.ports, &frozen.runner);
-            subject.seat.set_ticks(frozen.runner.ticks);
+            unsafe { subject.cell.runner() }.restore_snapshot(&subject.ports, &saved.runner);
+            subject.cell.set_ticks(saved.runner.ticks);
         }
         messages(board, &subjects, &image);
         for (path, bytes) in kept {
@@ -99,15 +99,15 @@ impl Thaw {
                 report(shared, property.set_bytes(&bytes, now).map(drop));
             }
         }
-        image.main_loop.thaw(shared, core);
-        keepsakes.into_iter().for_each(|restore| restore());
+        image.main_loop.restore(shared, core);
+        application_states.into_iter().for_each(|restore| restore());
         old
     }
 }
 
 fn report(shared: &SharedLoop, result: Result<(), BoardError>) {
     if let Err(error) = result {
-        let text = format!("a property does not go on from the snapshot: {error}");
+        let text = format!("a property can't be restored from the snapshot: {error}");
         shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
     }
 }
@@ -120,48 +120,48 @@ pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
 /// Sends the waiting messages again, each as its sender.
 fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) {
     let inboxes = image.modules.iter().flat_map(|(name, module)| {
-        module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
+        module.runner.inboxes.iter().map(move |(port, saved)| (format!("{name}/{port}"), saved))
     });
-    let others = image.mailboxes.iter().map(|(path, frozen)| (path.clone(), frozen));
+    let others = image.mailboxes.iter().map(|(path, saved)| (path.clone(), saved));
     let others: Vec<_> = others.collect();
-    for (path, frozen) in &others {
+    for (path, saved) in &others {
         if let Some(Carrier::Mailbox(mailbox)) = at(board, path).map(|property| property.carrier().clone())
             && let Ok(mut receiver) = mailbox.receiver()
         {
-            receiver.resume(frozen.sequence);
+            receiver.resume(saved.sequence);
         }
     }
-    for (path, frozen) in inboxes.chain(others) {
+    for (path, saved) in inboxes.chain(others) {
         let Some(Carrier::Mailbox(mailbox)) = at(board, &path).map(|property| property.carrier().clone())
         else {
             continue;
         };
-        for (at, message) in frozen.messages.iter().enumerate() {
-            let later = frozen.messages[at + 1..].iter().filter(|later| later.sender == message.sender);
+        for (at, message) in saved.messages.iter().enumerate() {
+            let later = saved.messages[at + 1..].iter().filter(|later| later.sender == message.sender);
             send(&mailbox, message, later.count(), subjects, image);
         }
     }
     for subject in subjects {
         // SAFETY: as above.
-        unsafe { subject.seat.runner() }.entries.outboxes.iter_mut().for_each(OutboxPort::mark_waiting_lost);
+        unsafe { subject.cell.runner() }.entries.outboxes.iter_mut().for_each(OutboxPort::mark_waiting_lost);
     }
 }
 
 /// Sends a message before the `later` newest ones of its sender.
 fn send(
     mailbox: &Arc<Mailbox>,
-    message: &FrozenMessage,
+    message: &WaitingMessage,
     later: usize,
     subjects: &[SnapshotSubject],
     image: &SnapshotImage,
 ) {
     for subject in subjects {
-        let Some(frozen) = image.modules.get(&subject.name) else { continue };
+        let Some(saved) = image.modules.get(&subject.name) else { continue };
         // SAFETY: as above.
-        let runner = unsafe { subject.seat.runner() };
+        let runner = unsafe { subject.cell.runner() };
         for outbox in &mut runner.entries.outboxes {
             let name = &subject.ports[outbox.slot].name;
-            let was = frozen.runner.outboxes.get(name).and_then(|outbox| outbox.sender);
+            let was = saved.runner.outboxes.get(name).and_then(|outbox| outbox.sender);
             if outbox.sender.as_ref().is_some_and(|sender| sender.is_of(mailbox))
                 && was == Some(message.sender)
             {

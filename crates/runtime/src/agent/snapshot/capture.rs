@@ -12,12 +12,12 @@ use super::text;
 use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::snapshot::{
-    Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Keepsake, PluginMark,
-    SnapshotError, SnapshotImage,
+    ApplicationState, Bytes, ClockSnapshot, MailboxSnapshot, ModuleSnapshot, PluginMark, PortSnapshot,
+    PropertySnapshot, SnapshotError, SnapshotImage,
 };
 use slate_configuration::{InferredLink, Layered};
 use slate_engine::clock::monotonic;
-use slate_engine::main_loop::{FrozenLoop, Seat, SharedLoop};
+use slate_engine::main_loop::{LoopSnapshot, RunnerCell, SharedLoop};
 
 /// Longest wait for modules with threads of their own.
 pub(super) const LIMIT: Duration = Duration::from_secs(5);
@@ -27,7 +27,7 @@ pub(super) const LIMIT: Duration = Duration::from_secs(5);
 pub(super) struct SnapshotSubject {
     pub name: String,
     pub kind: String,
-    pub seat: Arc<Seat>,
+    pub cell: Arc<RunnerCell>,
     pub own_thread: bool,
     pub ports: Vec<PortDescription>,
     pub params: u64,
@@ -41,37 +41,37 @@ pub(super) struct SnapshotSubjects {
     inferred: Vec<InferredLink>,
     outputs: u32,
     time: Arc<TimePlace>,
-    keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
+    application_states: BTreeMap<String, Arc<dyn ApplicationState>>,
 }
 
-/// Seats kept from stepping until this is dropped.
-pub(super) struct HeldSeats(Vec<Arc<Seat>>);
+/// Cells kept from stepping until this is dropped.
+pub(super) struct HeldCells(Vec<Arc<RunnerCell>>);
 
-impl Drop for HeldSeats {
+impl Drop for HeldCells {
     fn drop(&mut self) {
-        for seat in &self.0 {
-            seat.release();
-            // What came meanwhile was told to a thread that could not do anything about it.
-            seat.wake.notify(1);
+        for cell in &self.0 {
+            cell.release();
+            // A concurrent request was signalled to a thread that could not serve it.
+            cell.wake.notify(1);
         }
     }
 }
 
-impl HeldSeats {
+impl HeldCells {
     /// Holds the modules with threads of their own, one by one as each is idle.
     pub fn of(modules: &[SnapshotSubject]) -> Result<Self, SnapshotError> {
         let mut held = Self(Vec::new());
         let end = monotonic() + LIMIT.as_nanos() as u64;
         for subject in modules.iter().filter(|subject| subject.own_thread) {
-            while !subject.seat.claim() {
-                if monotonic() > end || subject.seat.is_late() {
+            while !subject.cell.claim() {
+                if monotonic() > end || subject.cell.is_late() {
                     return Err(SnapshotError::Busy { module: subject.name.clone(), limit: LIMIT });
                 }
-                if !subject.seat.reclaim() {
+                if !subject.cell.reclaim() {
                     std::thread::sleep(Duration::from_micros(50));
                 }
             }
-            held.0.push(Arc::clone(&subject.seat));
+            held.0.push(Arc::clone(&subject.cell));
         }
         Ok(held)
     }
@@ -85,7 +85,7 @@ impl SnapshotSubjects {
         let modules = composition.assembly.modules.iter().map(|(name, loaded)| SnapshotSubject {
             name: name.clone(),
             kind: loaded.kind.name().into(),
-            seat: Arc::clone(&loaded.seat),
+            cell: Arc::clone(&loaded.cell),
             own_thread: loaded.own_thread,
             ports: loaded.description.ports.clone(),
             params: loaded.description.params.hash,
@@ -96,8 +96,8 @@ impl SnapshotSubjects {
             layers: text::layers(composition, shared.board.agent()),
             inferred: composition.configuration.inferred_links(),
             outputs: composition.assembly.resources.index,
-            time: Arc::clone(&composition.assembly.resources.means.time),
-            keepsakes: composition.snapshots.keepsakes.clone(),
+            time: Arc::clone(&composition.assembly.resources.service_context.time),
+            application_states: composition.snapshots.application_states.clone(),
         })
     }
 
@@ -105,7 +105,7 @@ impl SnapshotSubjects {
     /// The caller must hold the token, between two cycles, and the modules with threads of their own.
     pub fn capture(&self, shared: &SharedLoop) -> Option<Result<SnapshotImage, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
-            if !subject.seat.is_idle() && !subject.seat.reclaim() {
+            if !subject.cell.is_idle() && !subject.cell.reclaim() {
                 return Some(Err(SnapshotError::Busy {
                     module: subject.name.clone(),
                     limit: Duration::ZERO,
@@ -121,19 +121,19 @@ impl SnapshotSubjects {
                     return Some(Err(SnapshotError::Save { module: subject.name.clone(), reason }));
                 }
             };
-            // SAFETY: the seat is idle and the loop's, or held.
-            let runner = unsafe { subject.seat.runner() };
+            // SAFETY: the cell is idle and the loop's, or held.
+            let runner = unsafe { subject.cell.runner() };
             written.extend(runner.written());
             let inboxes = runner.entries.inboxes.iter().map(|inbox| &subject.ports[inbox.slot].name);
             receiving.extend(inboxes.map(|port| format!("{}/{port}", subject.name)));
-            let mut frozen = runner.freeze(&subject.ports);
-            frozen.ticks = subject.seat.ticks();
-            let module = FrozenModule {
+            let mut saved = runner.snapshot(&subject.ports);
+            saved.ticks = subject.cell.ticks();
+            let module = ModuleSnapshot {
                 kind: subject.kind.clone(),
-                ports: subject.frozen_ports(),
+                ports: subject.port_snapshots(),
                 params: subject.params,
                 state: state.map(Bytes),
-                runner: frozen,
+                runner: saved,
             };
             modules.insert(subject.name.clone(), module);
         }
@@ -146,22 +146,26 @@ impl SnapshotSubjects {
             Err(error) => return Some(Err(error)),
         };
         // SAFETY: the caller has the token.
-        let main_loop = FrozenLoop::of(shared, unsafe { shared.core() });
+        let main_loop = LoopSnapshot::of(shared, unsafe { shared.core() });
         let levels = shared.logger.levels();
         Some(Ok(SnapshotImage {
             configuration: self.configuration.clone(),
             layers: Some(self.layers.clone()),
             inferred: Some(self.inferred.clone()),
-            clock: FrozenClock { driven: shared.clock.is_driven(), now: shared.clock.now() },
+            clock: ClockSnapshot { driven: shared.clock.is_driven(), now: shared.clock.now() },
             main_loop,
             outputs: self.outputs,
             log_levels: levels.entries().map(|(name, level)| (name.to_owned(), level as u32)).collect(),
             modules,
             properties,
             mailboxes: mailboxes(&shared.board, &receiving),
-            actuators: gates.iter().map(|actuator| (actuator.name().into(), actuator.freeze())).collect(),
+            actuators: gates.iter().map(|actuator| (actuator.name().into(), actuator.snapshot())).collect(),
             next_time: self.time.get(),
-            keepsakes: self.keepsakes.iter().map(|(name, own)| (name.clone(), Bytes(own.save()))).collect(),
+            application_states: self
+                .application_states
+                .iter()
+                .map(|(name, own)| (name.clone(), Bytes(own.save())))
+                .collect(),
         }))
     }
 }
@@ -173,21 +177,21 @@ impl SnapshotSubject {
     /// Returns the state of the instance; `None` if the call does not return.
     fn state(&self) -> Option<SavedState> {
         let (kind, instance): (ModuleKind, _) = {
-            // SAFETY: the seat is idle and the loop's, or held; the reference ends before the module is called.
-            let runner = unsafe { self.seat.runner() };
+            // SAFETY: the cell is idle and the loop's, or held; the reference ends before the module is called.
+            let runner = unsafe { self.cell.runner() };
             runner.code.parts()
         };
         if instance.is_null() {
             return Some(Ok(None));
         }
         // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
-        let state = self.seat.call(self.own_thread, || unsafe { kind.save(instance) })?;
+        let state = self.cell.call(self.own_thread, || unsafe { kind.save(instance) })?;
         Some(state.map(Some).map_err(|refusal| refusal.0))
     }
 
     /// Returns the ports in the form of a snapshot.
-    pub fn frozen_ports(&self) -> Vec<FrozenPort> {
-        let port = |port: &PortDescription| FrozenPort {
+    pub fn port_snapshots(&self) -> Vec<PortSnapshot> {
+        let port = |port: &PortDescription| PortSnapshot {
             name: port.name.clone(),
             direction: port.direction as u32,
             interface: port.descriptor.name.into(),
@@ -203,17 +207,17 @@ impl SnapshotSubject {
 fn properties(
     board: &Board,
     written: &BTreeSet<String>,
-) -> Result<BTreeMap<String, FrozenProperty>, SnapshotError> {
+) -> Result<BTreeMap<String, PropertySnapshot>, SnapshotError> {
     let mut properties = BTreeMap::new();
     for property in board.properties() {
         if !is_kept(&property, written) {
             continue;
         }
-        if let Some(values) = property.freeze()? {
+        if let Some(values) = property.snapshot()? {
             let descriptor = property.descriptor();
-            let frozen =
-                FrozenProperty { interface: descriptor.name.into(), schema: descriptor.hash, values };
-            properties.insert(property.path().to_owned(), frozen);
+            let saved =
+                PropertySnapshot { interface: descriptor.name.into(), schema: descriptor.hash, values };
+            properties.insert(property.path().to_owned(), saved);
         }
     }
     Ok(properties)
@@ -232,17 +236,17 @@ fn is_remote(path: &str) -> bool {
 }
 
 /// Returns the messages that wait for absent receivers.
-fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, FrozenMailbox> {
-    let frozen = |mailbox: &Arc<Mailbox>| {
+fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, MailboxSnapshot> {
+    let saved = |mailbox: &Arc<Mailbox>| {
         let receiver = mailbox.receiver().ok()?;
-        Some(FrozenMailbox { sequence: receiver.sequence(), messages: receiver.waiting() })
+        Some(MailboxSnapshot { sequence: receiver.sequence(), messages: receiver.waiting() })
     };
     let properties = board.properties();
     let others = properties
         .iter()
         .filter(|property| !receiving.contains(property.path()) && !is_remote(property.path()));
     let mailboxes = others.filter_map(|property| match property.carrier() {
-        Carrier::Mailbox(mailbox) => Some((property.path().to_owned(), frozen(mailbox)?)),
+        Carrier::Mailbox(mailbox) => Some((property.path().to_owned(), saved(mailbox)?)),
         Carrier::Channel(_) => None,
     });
     mailboxes.collect()

@@ -9,7 +9,7 @@ use super::apply::at;
 use super::capture::{SnapshotSubject, marks};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
-use crate::snapshot::{FrozenPort, PluginMark, Snapshot, SnapshotImage};
+use crate::snapshot::{PluginMark, PortSnapshot, Snapshot, SnapshotImage};
 use slate_configuration::{Configuration, Table, TableEntry, Value};
 use slate_engine::main_loop::SharedLoop;
 
@@ -30,18 +30,18 @@ pub(super) fn problems(
     }
     let gates = shared.actuators();
     let names: Vec<&str> = gates.iter().map(|actuator| actuator.name()).collect();
-    let frozen = &snapshot.image.actuators;
-    differing(names.iter().copied(), frozen.keys().map(String::as_str), "actuator", &mut problems);
+    let saved = &snapshot.image.actuators;
+    differing(names.iter().copied(), saved.keys().map(String::as_str), "actuator", &mut problems);
     for actuator in gates.iter() {
-        if frozen.get(actuator.name()).is_some_and(|frozen| !actuator.fits(frozen)) {
+        if saved.get(actuator.name()).is_some_and(|saved| !actuator.fits(saved)) {
             problems.push(format!("actuator `{}` has other commanders or limits", actuator.name()));
         }
     }
-    for (name, saved) in &snapshot.image.keepsakes {
-        if let Some(keepsake) = composition.snapshots.keepsakes.get(name)
-            && let Err(error) = keepsake.restore(&saved.0)
+    for (name, saved) in &snapshot.image.application_states {
+        if let Some(state) = composition.snapshots.application_states.get(name)
+            && let Err(error) = state.restore(&saved.0)
         {
-            problems.push(format!("what was kept as `{name}` can't be read: {error}"));
+            problems.push(format!("the saved state `{name}` can't be read: {error}"));
         }
     }
     problems
@@ -85,20 +85,20 @@ fn modules(subjects: &[SnapshotSubject], image: &SnapshotImage, problems: &mut V
     let names = subjects.iter().map(|subject| subject.name.as_str());
     differing(names, image.modules.keys().map(String::as_str), "module", problems);
     for subject in subjects {
-        let Some(frozen) = image.modules.get(&subject.name) else { continue };
+        let Some(saved) = image.modules.get(&subject.name) else { continue };
         let name = &subject.name;
-        if frozen.kind != subject.kind {
-            problems.push(format!("module `{name}` is a {} here and a {} in it", subject.kind, frozen.kind));
+        if saved.kind != subject.kind {
+            problems.push(format!("module `{name}` is a {} here and a {} in it", subject.kind, saved.kind));
         }
-        if frozen.params != subject.params {
+        if saved.params != subject.params {
             problems.push(format!("the parameters of module `{name}` have another schema"));
         }
-        let own = subject.frozen_ports();
-        let by_name = |ports: &[FrozenPort]| -> BTreeMap<String, FrozenPort> {
+        let own = subject.port_snapshots();
+        let by_name = |ports: &[PortSnapshot]| -> BTreeMap<String, PortSnapshot> {
             ports.iter().map(|port| (port.name.clone(), port.clone())).collect()
         };
-        let (here, there) = (by_name(&own), by_name(&frozen.ports));
-        let keys = |ports: &BTreeMap<String, FrozenPort>| -> Vec<String> {
+        let (here, there) = (by_name(&own), by_name(&saved.ports));
+        let keys = |ports: &BTreeMap<String, PortSnapshot>| -> Vec<String> {
             ports.keys().map(|port| format!("{name}/{port}")).collect()
         };
         let (own_keys, its_keys) = (keys(&here), keys(&there));
@@ -117,26 +117,26 @@ fn modules(subjects: &[SnapshotSubject], image: &SnapshotImage, problems: &mut V
 /// Returns the properties that do not fit under the snapshot's links.
 pub(super) fn properties(board: &Board, links: &Relinking, image: &SnapshotImage) -> Vec<String> {
     let mut problems = Vec::new();
-    for (path, frozen) in &image.properties {
+    for (path, saved) in &image.properties {
         let property = match links.placement(path) {
             Some(Placement::Property(property)) => Some(Arc::clone(property)),
             Some(Placement::Alias { .. }) => None,
             None => at(board, path),
         };
         let Some(property) = property else {
-            if frozen.values.published() > 0 {
+            if saved.values.published() > 0 {
                 problems.push(format!("there is no property /{path}"));
             }
             continue;
         };
         let own = property.descriptor();
-        if own.hash != frozen.schema {
+        if own.hash != saved.schema {
             problems.push(format!(
                 "/{path} is {} {:016x} here and {} {:016x} in it",
-                own.name, own.hash, frozen.interface, frozen.schema
+                own.name, own.hash, saved.interface, saved.schema
             ));
         } else if let Some(channel) = property.channel()
-            && let Err(error) = frozen.values.fits(channel.shape())
+            && let Err(error) = saved.values.fits(channel.shape())
         {
             problems.push(format!("/{path}: {error}"));
         }
@@ -212,7 +212,7 @@ impl DifferentSetting {
     }
 
     /// Returns the difference in words.
-    pub fn tell(&self) -> String {
+    pub fn describe(&self) -> String {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "not set".into());
         format!("{} is {} here and {} in it", self.path, text(&self.here), text(&self.there))
     }

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::handle::AgentHandle;
-use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
-use capture::{HeldSeats, LIMIT, SnapshotSubjects};
+use crate::snapshot::{ApplicationState, PluginMark, Snapshot, SnapshotError};
+use capture::{HeldCells, LIMIT, SnapshotSubjects};
 pub(super) use restore::SnapshotRestorer;
 pub(super) use watch::{SnapshotWatch, check_trigger};
 
@@ -39,8 +39,8 @@ impl<'c> SnapshotTaker<'c> {
     }
 
     /// Adds content of the application to all later snapshots, under a name.
-    pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
-        self.agent.composition().snapshots.keepsakes.insert(name.into(), keepsake);
+    pub fn add_application_state(&self, name: &str, state: Arc<dyn ApplicationState>) {
+        self.agent.composition().snapshots.application_states.insert(name.into(), state);
     }
 
     /// Takes a snapshot and writes it to a file; the loop continues meanwhile.
@@ -55,13 +55,13 @@ impl<'c> SnapshotTaker<'c> {
         let composition = self.agent.composition();
         let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?;
         let plugins = capture::marks(&composition);
-        let held = HeldSeats::of(&subjects.modules)?;
-        let seats: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.seat)).collect();
+        let held = HeldCells::of(&subjects.modules)?;
+        let cells: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.cell)).collect();
         let names: Vec<_> = subjects.modules.iter().map(|subject| subject.name.clone()).collect();
-        let image = self.agent.shared.between_cycles(&seats, move |shared| subjects.capture(shared));
+        let image = self.agent.shared.between_cycles(&cells, move |shared| subjects.capture(shared));
         drop(held);
         let image = image.map_err(|_| {
-            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
+            let late = cells.iter().zip(names).find(|(cell, _)| !cell.is_idle());
             SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT }
         })??;
         Ok(Snapshot::new(self.agent.shared.board.agent(), plugins, image))

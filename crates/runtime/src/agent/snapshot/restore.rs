@@ -4,14 +4,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::apply::{Ready, Thaw};
-use super::capture::{HeldSeats, LIMIT, SnapshotSubject, SnapshotSubjects};
+use super::apply::{Ready, Restoration};
+use super::capture::{HeldCells, LIMIT, SnapshotSubject, SnapshotSubjects};
 use super::fit::{self, DifferentSetting};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::{Composition, Fitting};
 use crate::agent::handle::AgentHandle;
 use crate::aspects::TimePlace;
-use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
+use crate::snapshot::{ModuleSnapshot, Snapshot, SnapshotError};
 use slate_configuration::{Configuration, Database, Variant};
 use slate_engine::log::Levels;
 use slate_engine::runner::Retired;
@@ -36,9 +36,9 @@ impl<'c> SnapshotRestorer<'c> {
             let here = database.current().with_loaded_of(&self.agent.composition().configuration);
             let there = settings_of(snapshot)?;
             let different = DifferentSetting::between(&here, &there);
-            // What can't change while the agent runs is found out before anything is proposed.
+            // Settings that can't change at run time are checked first.
             let is_fixed = |own: &&DifferentSetting| own.property().is_none() && !own.is_link();
-            let fixed = different.iter().filter(is_fixed).map(DifferentSetting::tell);
+            let fixed = different.iter().filter(is_fixed).map(DifferentSetting::describe);
             let fixed: Vec<_> = fixed.chain(other_variants(&here, &there)).collect();
             if !fixed.is_empty() {
                 return Err(unfit(snapshot, self.problems(snapshot)?.into_iter().chain(fixed).collect()));
@@ -59,7 +59,7 @@ impl<'c> SnapshotRestorer<'c> {
             let settings: Vec<_> =
                 different.into_iter().map(written).map(|(value, path)| (path, value)).collect();
             let proposal = database.replace(&settings, &unset)?;
-            // All is judged with the settings of the snapshot, and they hold when the agent goes on from it.
+            // All is judged with the settings of the snapshot, and they hold when the agent continues from it.
             let restored =
                 proposal.apply_after(|settings| self.go_on(snapshot, &[], Some((settings, &unset))));
             if let Some(restored) = restored {
@@ -135,12 +135,12 @@ impl<'c> SnapshotRestorer<'c> {
             Some((_, unset)) => own.there.is_some() || !unset.contains_key(&own.path),
             None => own.property().is_none(),
         };
-        let tell = |own: &DifferentSetting| match (&own.there, other) {
+        let line = |own: &DifferentSetting| match (&own.there, other) {
             // It is about to start, so it may start with that.
-            (Some(there), None) => format!("{}: give it --set '{}={there}'", own.tell(), own.path),
-            _ => own.tell(),
+            (Some(there), None) => format!("{}: give it --set '{}={there}'", own.describe(), own.path),
+            _ => own.describe(),
         };
-        problems.extend(different.iter().filter(matters).map(tell));
+        problems.extend(different.iter().filter(matters).map(line));
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }
@@ -160,7 +160,7 @@ impl<'c> SnapshotRestorer<'c> {
         }
         // The old instances end here, and not on the loop.
         drop(old);
-        self.agent.tell_links(&relinked);
+        self.agent.record_links(&relinked);
         let seconds = snapshot.time() as f64 * 1e-9;
         self.agent
             .say(&format!("resumed from the snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
@@ -188,17 +188,18 @@ impl<'c> SnapshotRestorer<'c> {
             return Err(unfit(snapshot, problems));
         }
         let names: Vec<_> = subjects.iter().map(|subject| subject.name.clone()).collect();
-        let lingering = |lingering: crate::aspects::Lingering| SnapshotError::Thread {
+        let lingering = |lingering: crate::aspects::AbandonedThread| SnapshotError::Thread {
             module: lingering.module.to_string(),
             thread: lingering.thread.to_string(),
             limit: lingering.limit,
         };
-        let _closed = composition.assembly.resources.means.threads.close(&names).map_err(lingering)?;
+        let _closed =
+            composition.assembly.resources.service_context.threads.close(&names).map_err(lingering)?;
         let fresh = self.instances(composition, configuration, snapshot)?;
         let settings = composition.assembly.resources.settings(&names);
-        let keepsakes = snapshot.image.keepsakes.iter().filter_map(|(name, saved)| {
+        let application_states = snapshot.image.application_states.iter().filter_map(|(name, saved)| {
             // It was found to fit.
-            composition.snapshots.keepsakes.get(name)?.restore(&saved.0).ok()
+            composition.snapshots.application_states.get(name)?.restore(&saved.0).ok()
         });
         let ready = Ready {
             image: snapshot.image.clone(),
@@ -207,28 +208,28 @@ impl<'c> SnapshotRestorer<'c> {
                 .iter()
                 .filter_map(|path| Some((path.clone(), settings.get(path)?.bytes.clone())))
                 .collect(),
-            keepsakes: keepsakes.collect(),
-            time: Arc::<TimePlace>::clone(&composition.assembly.resources.means.time),
+            application_states: application_states.collect(),
+            time: Arc::<TimePlace>::clone(&composition.assembly.resources.service_context.time),
             rearm: composition.armed,
         };
-        let held = HeldSeats::of(&subjects)?;
-        let seats: Vec<_> = subjects.iter().map(|subject| Arc::clone(&subject.seat)).collect();
-        let thaw = Thaw { subjects, ready };
+        let held = HeldCells::of(&subjects)?;
+        let cells: Vec<_> = subjects.iter().map(|subject| Arc::clone(&subject.cell)).collect();
+        let restoration = Restoration { subjects, ready };
         let recorder = self.agent.recorder.clone();
         let done = links.exchange_with(
             &composition.assembly,
             &self.agent.shared,
             move |shared| {
-                let thaw = thaw.judged(shared)?;
+                let restoration = restoration.check(shared)?;
                 // Of a load that is refused before, what records the agent has nothing to tell.
-                recorder.tell("going on from a snapshot");
-                Ok(thaw)
+                recorder.record_unrepeatable("restoring a snapshot");
+                Ok(restoration)
             },
-            |shared, thaw| thaw.apply(shared),
+            |shared, restoration| restoration.apply(shared),
         );
         drop(held);
         done.unwrap_or_else(|| {
-            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
+            let late = cells.iter().zip(names).find(|(cell, _)| !cell.is_idle());
             Err(SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT })
         })
     }
@@ -246,9 +247,9 @@ impl<'c> SnapshotRestorer<'c> {
         let described = composition.check(&target)?;
         let mut fresh = BTreeMap::new();
         for (name, fitting) in &described {
-            let Some(frozen) = snapshot.image.modules.get(name) else { continue };
-            let instance = match &frozen.state {
-                Some(state) => Some(instance(composition, (name, fitting), frozen, &state.0, snapshot)?),
+            let Some(saved) = snapshot.image.modules.get(name) else { continue };
+            let instance = match &saved.state {
+                Some(state) => Some(instance(composition, (name, fitting), saved, &state.0, snapshot)?),
                 None => None,
             };
             fresh.insert(name.clone(), instance);
@@ -260,12 +261,12 @@ impl<'c> SnapshotRestorer<'c> {
 fn instance(
     composition: &Composition,
     (name, fitting): (&String, &Fitting),
-    frozen: &FrozenModule,
+    saved: &ModuleSnapshot,
     state: &[u8],
     snapshot: &Snapshot,
 ) -> Result<Retired, SnapshotError> {
     let refused = |what: &str, reason: String| {
-        unfit(snapshot, vec![format!("module `{name}` ({}) {what}: {reason}", frozen.kind)])
+        unfit(snapshot, vec![format!("module `{name}` ({}) {what}: {reason}", saved.kind)])
     };
     let set = snapshot.image.properties.get(&format!("{name}/params"));
     let newest = set.and_then(|set| set.values.values.last());

@@ -39,7 +39,7 @@ fn limits(composition: &Composition) -> Vec<String> {
 fn whole(composition: &Composition, agent: &str, inferred: Vec<String>) -> String {
     // An empty path is one.
     let settings = composition.configuration.settings("").unwrap_or_default().into_iter();
-    let settings = settings.filter(|setting| !is_told_apart(&setting.path));
+    let settings = settings.filter(|setting| !is_distinguished(&setting.path));
     let configuration = &composition.configuration;
     let lines = settings.map(|setting| format!("{} = {}", setting.path, setting.value));
     text(composition, agent, lines.map(|line| beside(configuration, line)).chain(inferred))
@@ -52,16 +52,16 @@ pub(super) fn layers(composition: &Composition, agent: &str) -> Layered {
         files: text(
             composition,
             agent,
-            configuration.file_lines(&is_told_apart).into_iter().map(|line| beside(configuration, line)),
+            configuration.file_lines(&is_distinguished).into_iter().map(|line| beside(configuration, line)),
         ),
-        sets: configuration.lines_of(SourceKind::Set, &is_told_apart),
-        changes: configuration.lines_of(SourceKind::Change, &is_told_apart),
+        sets: configuration.lines_of(SourceKind::Set, &is_distinguished),
+        changes: configuration.lines_of(SourceKind::Change, &is_distinguished),
     }
 }
 
 /// Returns true for a setting that is stored with its present value.
 /// Its origin does not matter.
-fn is_told_apart(path: &str) -> bool {
+fn is_distinguished(path: &str) -> bool {
     path == "agent.name" || path.starts_with("plugins.")
 }
 

@@ -23,7 +23,7 @@ pub(crate) struct SnapshotWatch {
     agent: WeakHandle,
     at: Option<u64>,
     file: PathBuf,
-    looked: Mutex<Looked>,
+    check_state: Mutex<CheckState>,
     /// True if a snapshot is due that could not be taken yet.
     due: AtomicBool,
     writing: Arc<Mutex<Writing>>,
@@ -46,7 +46,7 @@ struct Writing {
 type Task = Box<dyn FnOnce() -> Result<(u64, u64), SnapshotError> + Send>;
 
 /// Result of the last look.
-struct Looked {
+struct CheckState {
     /// True if the time had come.
     late: bool,
     /// True if the condition held.
@@ -179,31 +179,31 @@ impl SnapshotWatch {
             }
             _ => None,
         };
-        let looked = Looked { late: false, held: false, field };
+        let check_state = CheckState { late: false, held: false, field };
         Ok(Some(Arc::new(Self {
             agent: agent.downgrade(),
             at: trigger.at.as_ref().map(|at| at.value),
             file: trigger.file.value.clone(),
-            looked: Mutex::new(looked),
+            check_state: Mutex::new(check_state),
             due: AtomicBool::new(false),
             writing: Arc::default(),
         })))
     }
 
-    fn looked(&self) -> MutexGuard<'_, Looked> {
-        self.looked.lock().unwrap_or_else(PoisonError::into_inner)
+    fn check_state(&self) -> MutexGuard<'_, CheckState> {
+        self.check_state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Checks after a cycle whether a snapshot is due; takes some nanoseconds.
     /// In lockstep the snapshot is taken here, so that it is always of the same cycle. On the wall clock a thread takes
     /// it.
-    pub fn look(self: &Arc<Self>, shared: &SharedLoop, now: u64) -> Flow {
+    pub fn check(self: &Arc<Self>, shared: &SharedLoop, now: u64) -> Flow {
         let is_due = {
-            let mut looked = self.looked();
+            let mut check_state = self.check_state();
             let late = self.at.is_some_and(|at| now >= at);
-            let held = looked.field.as_mut().is_some_and(ConditionField::holds);
-            let is_due = late && !looked.late || held && !looked.held;
-            (looked.late, looked.held) = (late, held);
+            let held = check_state.field.as_mut().is_some_and(ConditionField::holds);
+            let is_due = late && !check_state.late || held && !check_state.held;
+            (check_state.late, check_state.held) = (late, held);
             is_due
         };
         if !is_due && !self.due.load(Ordering::Relaxed) {
@@ -290,14 +290,14 @@ impl SnapshotWatch {
 
 impl AutomaticSnapshot for SnapshotWatch {
     fn begin(&self, shared: &SharedLoop) {
-        let mut looked = self.looked();
+        let mut check_state = self.check_state();
         self.due.store(false, Ordering::Relaxed);
-        looked.late = self.at.is_some_and(|at| shared.clock.now() >= at);
-        if let Some(field) = &mut looked.field {
+        check_state.late = self.at.is_some_and(|at| shared.clock.now() >= at);
+        if let Some(field) = &mut check_state.field {
             // It may have seen more values than there are now.
             field.reader.resume(0);
         }
-        looked.held = looked.field.as_mut().is_some_and(ConditionField::holds);
+        check_state.held = check_state.field.as_mut().is_some_and(ConditionField::holds);
     }
 
     fn wait(&self) {

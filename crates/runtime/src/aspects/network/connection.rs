@@ -22,9 +22,9 @@ pub(super) struct ModuleConnection {
     /// Reason of its end.
     ended: Option<String>,
     /// True if the module knows of its end.
-    told: bool,
+    end_reported: bool,
     /// True if this tick closes it.
-    asked: bool,
+    is_requested: bool,
     closing: bool,
 }
 
@@ -42,8 +42,8 @@ impl ModuleConnection {
             outgoing: VecDeque::new(),
             fresh: 0,
             ended: None,
-            told: false,
-            asked: false,
+            end_reported: false,
+            is_requested: false,
             closing: false,
         })
     }
@@ -88,13 +88,13 @@ impl ModuleConnection {
 
     /// Reports the reason of the end to the module.
     fn end(&mut self) -> String {
-        self.told = true;
+        self.end_reported = true;
         self.ended.clone().unwrap_or_default()
     }
 
     /// Closes it at the end of this tick.
     pub fn close(&mut self) {
-        self.asked = true;
+        self.is_requested = true;
     }
 
     /// Sends as much as the other end accepts.
@@ -109,7 +109,7 @@ impl ModuleConnection {
             }
             self.fresh = 0;
         }
-        self.closing |= std::mem::take(&mut self.asked);
+        self.closing |= std::mem::take(&mut self.is_requested);
         while !self.outgoing.is_empty() && self.ended.is_none() {
             match self.stream.write(self.outgoing.as_slices().0) {
                 Ok(length) => drop(self.outgoing.drain(..length)),
@@ -123,12 +123,12 @@ impl ModuleConnection {
 
     pub fn abandon(&mut self) {
         self.outgoing.truncate(self.outgoing.len() - self.fresh);
-        (self.fresh, self.asked) = (0, false);
+        (self.fresh, self.is_requested) = (0, false);
     }
 
     /// Reason of the end, once the module knows of it; no data follow.
     pub fn over(&self) -> Option<&str> {
-        self.ended.as_deref().filter(|_| self.told)
+        self.ended.as_deref().filter(|_| self.end_reported)
     }
 }
 
@@ -140,7 +140,7 @@ impl Attempt {
         let (result, receiver) = sync_channel(1);
         let text = address.to_owned();
         let thread = std::thread::Builder::new().name("connect".into()).spawn(move || {
-            // When nobody waits for it any more, it is closed.
+            // It is closed when no thread waits for it any more.
             let _ = result.send(connect(&text));
         });
         thread.map_err(|error| format!("{address} can't be connected to: {error}"))?;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use slate_module::aspect::{Network, SOCKET_LIMIT};
 
-use super::{HostService, Means};
+use super::{HostService, ServiceContext};
 use connection::{Attempt, ModuleConnection};
 use datagrams::DatagramSocket;
 use slate_engine::digest::Digest;
@@ -64,7 +64,7 @@ enum ReceivedBytes {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for NetworkService {}
 
-pub(super) fn make(_: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(_: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(NetworkService {
         table: calls::TABLE,
         sockets: BTreeMap::new(),

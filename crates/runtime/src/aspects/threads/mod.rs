@@ -1,6 +1,6 @@
 //! Aspect [`Threads`]: threads that a module owns and the host keeps.
 
-mod keeper;
+mod registry;
 mod ring;
 mod thread;
 
@@ -12,9 +12,9 @@ use slate_module::aspect::{ABSENT, FULL, ThreadBody, ThreadState, Threads};
 use slate_module::table::{Bytes, DONE, Sink};
 
 use super::calls::{name, text};
-use super::{HostService, Means};
-use keeper::ThreadGroup;
-pub(crate) use keeper::{Closed, Lingering, ThreadKeeper};
+use super::{HostService, ServiceContext};
+use registry::ThreadGroup;
+pub(crate) use registry::{AbandonedThread, Closed, ThreadRegistry};
 use ring::{RingInlet, RingOutlet, ring};
 use slate_engine::clock::Clock;
 use slate_engine::digest::Digest;
@@ -30,7 +30,7 @@ const LARGEST: usize = 1 << 30;
 struct ThreadService {
     table: Threads,
     module: Arc<str>,
-    keeper: Arc<ThreadKeeper>,
+    registry: Arc<ThreadRegistry>,
     group: Arc<ThreadGroup>,
     logger: Arc<Logger>,
     clock: Arc<Clock>,
@@ -40,7 +40,7 @@ struct ThreadService {
     /// Threads by name, also those that have ended.
     threads: BTreeMap<String, TickThread>,
     /// Threads that this tick requests.
-    asked: BTreeMap<String, TickThread>,
+    requested: BTreeMap<String, TickThread>,
 }
 
 /// Thread, from the tick's side.
@@ -57,18 +57,18 @@ struct TickThread {
 // SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for ThreadService {}
 
-pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(ThreadService {
         table: Threads { context: std::ptr::null_mut(), spawn, state, stop, send, receive },
         module: Arc::clone(module),
-        keeper: Arc::clone(&means.threads),
-        group: means.threads.group(module),
-        logger: Arc::clone(&means.logger),
-        clock: Arc::clone(&means.clock),
-        synchronization: Arc::clone(&means.synchronization),
+        registry: Arc::clone(&service_context.threads),
+        group: service_context.threads.group(module),
+        logger: Arc::clone(&service_context.logger),
+        clock: Arc::clone(&service_context.clock),
+        synchronization: Arc::clone(&service_context.synchronization),
         kind: None,
         threads: BTreeMap::new(),
-        asked: BTreeMap::new(),
+        requested: BTreeMap::new(),
     });
     service.table.context = (&raw mut *service).cast();
     service
@@ -85,17 +85,17 @@ impl HostService for ThreadService {
     }
 
     fn prepare(&mut self, _: u64) {
-        self.threads.values_mut().for_each(|own| own.outlet.look());
+        self.threads.values_mut().for_each(|own| own.outlet.collect());
     }
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
-        self.threads.append(&mut self.asked);
+        self.threads.append(&mut self.requested);
         for own in self.threads.values_mut() {
             if let Some(life) = own.life.take() {
-                own.life = self.keeper.start(&self.group, life).err();
+                own.life = self.registry.start(&self.group, life).err();
             }
             if own.inlet.send() {
-                own.thread.tell();
+                own.thread.request_stop();
             }
             if std::mem::take(&mut own.stop) {
                 own.thread.stop();
@@ -104,7 +104,7 @@ impl HostService for ThreadService {
     }
 
     fn abandon(&mut self) {
-        self.asked.clear();
+        self.requested.clear();
         for own in self.threads.values_mut() {
             own.inlet.forget();
             own.stop = false;
@@ -112,17 +112,17 @@ impl HostService for ThreadService {
     }
 
     fn end(&mut self) {
-        // What never began goes with the code that it is made of, and what runs belongs to an instance that is gone.
-        self.asked.clear();
+        // Unstarted threads are dropped with their code, and running ones belong to an ended instance.
+        self.requested.clear();
         self.threads.clear();
-        self.keeper.stop(&self.group);
+        self.registry.stop(&self.group);
     }
 }
 
 impl Drop for ThreadService {
     fn drop(&mut self) {
         self.end();
-        self.keeper.forget(&self.group);
+        self.registry.forget(&self.group);
     }
 }
 
@@ -140,7 +140,7 @@ impl ThreadService {
         if self.state(name) == ThreadState::Running as u32 {
             return Err(format!("the thread `{name}` runs already, or has not ended yet"));
         }
-        let threads = self.threads.values().chain(self.asked.values());
+        let threads = self.threads.values().chain(self.requested.values());
         let running = threads.filter(|own| own.thread.is_running()).count();
         if running >= LIMIT {
             return Err(format!("no room for the thread `{name}`: there are {LIMIT}, which is the limit"));
@@ -161,12 +161,12 @@ impl ThreadService {
             kind,
         };
         let own = TickThread { thread, life: Some(Box::new(life)), stop: false, inlet, outlet };
-        self.asked.insert(name.into(), own);
+        self.requested.insert(name.into(), own);
         Ok(())
     }
 
     fn state(&self, name: &str) -> u32 {
-        match self.asked.get(name).or_else(|| self.threads.get(name)) {
+        match self.requested.get(name).or_else(|| self.threads.get(name)) {
             Some(own) => own.thread.state(),
             // One of an earlier instance may not have ended yet.
             None if self.group.has(name) => ThreadState::Running as u32,
@@ -175,7 +175,7 @@ impl ThreadService {
     }
 
     fn own(&mut self, name: &str) -> Result<&mut TickThread, String> {
-        let own = self.asked.get_mut(name).or_else(|| self.threads.get_mut(name));
+        let own = self.requested.get_mut(name).or_else(|| self.threads.get_mut(name));
         own.ok_or_else(|| format!("no thread `{name}` was begun"))
     }
 }

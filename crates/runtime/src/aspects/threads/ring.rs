@@ -48,7 +48,7 @@ impl RingInlet {
         if self.held.is_empty() {
             return false;
         }
-        // There was room when it was held, and nobody else fills it. The other side sees all of it or nothing.
+        // It had room when it was held, and no other thread fills it. The other side sees all of it or nothing.
         let sent = self.producer.push_entire_slice(&self.held).is_ok();
         self.held.clear();
         sent
@@ -69,7 +69,7 @@ pub(super) struct RingOutlet {
 
 impl RingOutlet {
     /// Makes all values sent until now available.
-    pub fn look(&mut self) {
+    pub fn collect(&mut self) {
         self.visible = self.consumer.slots();
     }
 
@@ -158,7 +158,7 @@ mod tests {
                         held.clear();
                     }
                     Step::Look => {
-                        outlet.look();
+                        outlet.collect();
                         visible = sent.len();
                     }
                     Step::Take(schema, size) => {

@@ -21,7 +21,7 @@ const STOP: u64 = 1;
 const NEWS: u64 = 2;
 
 /// Polling interval for a stop while a thread waits for a synchronization point.
-const LOOK: Duration = Duration::from_millis(10);
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
 /// Thread as its module and its keeper see it.
 pub(super) struct ModuleThread {
@@ -61,7 +61,7 @@ impl ModuleThread {
     }
 
     /// Notifies the thread that the tick has sent values.
-    pub fn tell(&self) {
+    pub fn request_stop(&self) {
         self.wake.notify(NEWS);
     }
 
@@ -208,7 +208,7 @@ unsafe extern "C" fn receive(
 ) -> i32 {
     // SAFETY: as for `is_set`, and there is room for a value of that size.
     let (outlet, value) = unsafe { (&mut side(context).outlet, room(value, size)) };
-    outlet.look();
+    outlet.collect();
     // SAFETY: the sink lives during the call.
     unsafe { answer(outlet.take(schema, value), ABSENT, sink) }
 }
@@ -278,7 +278,7 @@ unsafe extern "C" fn wait_for(
     let (start, limit) = (Instant::now(), Duration::from_nanos(nanoseconds));
     while !side.thread.is_stopped() {
         let left = limit.saturating_sub(start.elapsed());
-        if let Ok(now) = point.wait(Count::new(since), left.min(LOOK)) {
+        if let Ok(now) = point.wait(Count::new(since), left.min(POLL_PERIOD)) {
             // SAFETY: the place of the count lives during the call.
             unsafe { count.write(now.get()) };
             return DONE;

@@ -40,7 +40,7 @@ impl LocalAddress {
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
         let bad = |reason: String| CarrierError::Unsafe { endpoint: endpoint.into(), reason };
         if let Some(parent) = path.parent() {
-            // A folder that somebody names is theirs to make: a slip of the pen is not to leave one behind.
+            // A named folder must exist: a typing error must not create one.
             if parent == folder() {
                 match DirBuilder::new().recursive(true).mode(0o700).create(parent) {
                     Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(system(error)),

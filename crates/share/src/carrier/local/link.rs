@@ -109,7 +109,7 @@ impl Link for LocalLink {
         if received.bytes == 0 {
             return Err(closed());
         }
-        // What is no packet of a session is none that came, so that an agent that sends nothing else holds up nobody.
+        // Packets of no session do not count, so that an agent that sends nothing else blocks no other.
         if received.flags.contains(ReturnFlags::TRUNC) {
             // No agent sends such a packet.
             return Ok(None);

@@ -59,7 +59,7 @@ pub(super) struct Region {
 
 // SAFETY: the mapping belongs to the region, and stays at its address until that is dropped.
 unsafe impl Send for Region {}
-// SAFETY: who may write to a slot is agreed upon by its word; the rest is atomic.
+// SAFETY: a slot's word decides which end may write to it; the rest is atomic.
 unsafe impl Sync for Region {}
 
 impl Region {
@@ -217,7 +217,7 @@ impl Regions {
                 place.insert(Arc::new(region))
             }
         };
-        // What this end fills is lent at the other one, and nobody else has it here.
+        // A slot that this end fills is lent to the other end, and not shared here.
         let Some((slot, number)) = Arc::get_mut(region).and_then(|region| region.put(bytes)) else {
             return false;
         };

@@ -1,7 +1,7 @@
 //! Carrier between agents of one machine.
 //! It uses a Unix socket that preserves packets, and shared memory for large values.
 //!
-//! Endpoints are `local:NAME`, which is `$XDG_RUNTIME_DIR/slate/NAME.share`, and `local:/a/path`. Only the user who runs
+//! Endpoints are `local:NAME`, which is `$XDG_RUNTIME_DIR/slate/NAME.share`, and `local:/a/path`. Only the user that runs
 //! an agent reaches it.
 
 mod address;
@@ -48,7 +48,7 @@ impl Carrier for Local {
 
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
         let path = address::path(endpoint)?;
-        // If it did wait, an agent that accepts nobody would hold this one up.
+        // If it did wait, an agent that accepts no connection would block this one.
         let socket = socket(SocketFlags::NONBLOCK).map_err(|error| system(endpoint, error))?;
         let address = SocketAddrUnix::new(&path).map_err(|error| system(endpoint, error))?;
         match rustix::net::connect(&socket, &address) {

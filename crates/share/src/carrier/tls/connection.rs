@@ -36,7 +36,7 @@ pub(super) struct TlsConnection {
 impl TlsConnection {
     pub fn dial(loaded: LoadedCredentials) -> io::Result<Self> {
         let expiry = expiry(&loaded.chain[0]);
-        // Nobody is looked for by this name, and nobody is told it.
+        // The name is neither resolved nor sent.
         let name = ServerName::try_from("agent").map_err(io::Error::other)?;
         let shown = ShownCertificate::default();
         let tls = client(loaded, shown.clone()).and_then(|settings| ClientConnection::new(settings, name));
@@ -51,7 +51,7 @@ impl TlsConnection {
     }
 
     fn new(mut tls: rustls::Connection, expiry: i64, shown: ShownCertificate) -> Self {
-        // A packet is put in only when there is none.
+        // A packet is put in only when the buffer is empty.
         tls.set_buffer_limit(None);
         Self { tls, incoming: Vec::new(), consumed: 0, expiry, agent: None, shown }
     }
@@ -109,14 +109,13 @@ impl TlsConnection {
         let Some((head, rest)) = waiting.split_first_chunk::<HEADER_SIZE>() else { return Ok(None) };
         let length = usize::from(u16::from_le_bytes(*head));
         if length > MAX_PACKET_SIZE {
-            let reason =
-                format!("a packet of {length} bytes came, and the largest one has {MAX_PACKET_SIZE}");
+            let reason = format!("received a packet of {length} bytes, expected at most {MAX_PACKET_SIZE}");
             return Err(io::Error::new(ErrorKind::InvalidData, reason));
         }
         Ok(rest.get(..length))
     }
 
-    /// Reads available bytes; false if there are none.
+    /// Reads available bytes; false without any.
     fn advance(&mut self, mut socket: &TcpStream) -> io::Result<bool> {
         match self.tls.read_tls(&mut socket) {
             Ok(0) => return Err(end_of_stream()),

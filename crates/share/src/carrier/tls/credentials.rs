@@ -197,7 +197,11 @@ fn roots(authority: &[CertificateDer<'static>], path: &Path) -> Result<RootCertS
     for root in authority {
         roots.add(root.clone()).map_err(|error| {
             let message = format!("the authority {} is of no use: {error}", path.display());
-            refused(About::Authority, message, "give the certificate of who signed those of the agents")
+            refused(
+                About::Authority,
+                message,
+                "give the certificate of the authority that signed those of the agents",
+            )
         })?;
     }
     Ok(roots)
@@ -232,7 +236,7 @@ fn check_chain(
     })
 }
 
-/// Returns the error of a certificate and the advice for the user.
+/// Returns the error of a certificate and the help for the user.
 pub(super) fn explain(error: &rustls::Error) -> (String, &'static str) {
     use rustls::CertificateError::{
         BadSignature, Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer,

@@ -44,7 +44,7 @@ fn set_up(socket: &TcpStream) -> io::Result<()> {
 }
 
 /// Returns a function for the time left until `limit` from now.
-#[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
+#[allow(clippy::disallowed_methods, reason = "the host limits the wait for a network")]
 fn timer(limit: Duration) -> impl Fn() -> Duration {
     let start = Instant::now();
     move || limit.saturating_sub(start.elapsed())
@@ -93,7 +93,7 @@ impl TlsLink {
                 Ok(interest(connection))
             })?;
             if left().is_zero() {
-                let late = format!("nobody shook hands within {} ms", CONNECT_TIMEOUT.as_millis());
+                let late = format!("no handshake within {} ms", CONNECT_TIMEOUT.as_millis());
                 return Err(io::Error::new(ErrorKind::TimedOut, late));
             }
             if self.agent.get().is_none() {
@@ -194,7 +194,7 @@ impl Link for TlsLink {
         loop {
             let (length, waits_for) = self.listen(|connection| {
                 let length = connection.take(&self.socket, packet)?;
-                // What is written now and then by itself; whether it arrives is seen when nothing more comes.
+                // Keep-alive data; a loss shows as silence.
                 let _ = connection.flush(&self.socket);
                 Ok((length, interest(connection)))
             })?;

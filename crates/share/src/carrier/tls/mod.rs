@@ -48,7 +48,7 @@ impl Tls {
             .ok_or_else(|| refuse("TLS needs `certificate`, `key` and `authority` in [share.security]"))?;
         if !is_here && !self.is_restricted {
             return Err(refuse(
-                "it is not on this machine: say in [share.security.allow] what each agent may read and send",
+                "it is not on this machine: list in [share.security.allow] what each agent may read and send",
             ));
         }
         Ok(credentials)

@@ -12,8 +12,8 @@ use std::collections::BTreeSet;
 pub use changed::Changed;
 use held::HeldLives;
 use random::Random;
+use spread::Disseminator;
 pub use spread::Outgoing;
-use spread::Spreader;
 
 use super::limits::FACT_BYTES;
 use super::version::{epoch, number};
@@ -33,7 +33,7 @@ pub struct Replica {
     /// Number of additional lives begun in this run.
     renewals: u32,
     held: HeldLives,
-    spreader: Spreader,
+    spreader: Disseminator,
     counters: Counters,
 }
 
@@ -65,7 +65,7 @@ impl Replica {
             epoch: epoch(1, random),
             renewals: 0,
             held: HeldLives::default(),
-            spreader: Spreader::new(limits, Random::new(u64::from(robot) << 32 | u64::from(random))),
+            spreader: Disseminator::new(limits, Random::new(u64::from(robot) << 32 | u64::from(random))),
             counters: Counters::default(),
         }
     }
@@ -75,20 +75,20 @@ impl Replica {
         self.robot
     }
 
-    /// Adds a neighbour that messages reach.
-    pub fn add_neighbour(&mut self, robot: u32) {
+    /// Adds a neighbor that messages reach.
+    pub fn add_neighbor(&mut self, robot: u32) {
         if robot != self.robot {
-            self.spreader.add_neighbour(robot);
+            self.spreader.add_neighbor(robot);
         }
     }
 
-    /// Removes a neighbour that messages no longer reach.
+    /// Removes a neighbor that messages no longer reach.
     /// Messages that wait for it are dropped.
-    pub fn remove_neighbour(&mut self, robot: u32) {
-        self.spreader.remove_neighbour(robot);
+    pub fn remove_neighbor(&mut self, robot: u32) {
+        self.spreader.remove_neighbor(robot);
     }
 
-    /// Compares the stored versions with some neighbours.
+    /// Compares the stored versions with some neighbors.
     /// Call it regularly; 5 Hz is usual. Ticks replace the team's clocks, which are not used.
     pub fn tick(&mut self) {
         self.held.stages.retain(|_, stage| stage.wait());
@@ -100,7 +100,7 @@ impl Replica {
         Message::digest(1, 0).finish()
     }
 
-    /// Returns the next message to send; `None` if there is none.
+    /// Returns the next message to send, if any.
     pub fn outgoing(&mut self) -> Option<Outgoing> {
         self.spreader.next(&self.held)
     }

@@ -1,4 +1,4 @@
-/// Random selection of neighbours (splitmix64), seeded by the host.
+/// Random selection of neighbors (splitmix64), seeded by the host.
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 

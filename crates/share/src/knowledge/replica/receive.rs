@@ -41,10 +41,10 @@ impl Replica {
                     }
                 }
                 if sections.iter().any(|section| section.origin == self.robot) {
-                    // What is heard of the earlier lives of this robot is stated anew before they are too long ago.
+                    // Facts of this robot's earlier lives are stated anew before they expire.
                     self.adopt(self.limits.lives / 2);
                 }
-                // Only who gets on asks for more, or two robots that can't take each other's facts would never stop.
+                // Only a robot with progress requests more; else two robots that refuse each other's facts would never stop.
                 if more && progress {
                     let (digest, _) = self
                         .spreader
@@ -188,7 +188,7 @@ impl Replica {
         let held = held.filter(|_| !stage.whole);
         let (facts, bytes) = held.map_or((0, 0), |held| (held.len(), held.bytes()));
         if facts + stage.entries.len() > self.limits.facts || bytes + stage.bytes > self.limits.bytes {
-            // What is replaced or forgotten makes room, so only the outcome tells whether it fits.
+            // Replaced and dropped facts free memory, so only the result shows whether it fits.
             let mut outcome = held.cloned().unwrap_or_else(|| Life::new(epoch));
             stage.clone().finish(&mut outcome);
             if outcome.exceeds(&self.limits) {

@@ -5,10 +5,10 @@ use super::random::Random;
 use crate::knowledge::Limits;
 use crate::knowledge::wire::{Claim, Message, WireWriter, write_section};
 
-/// Number of neighbours that a tick compares with.
-const COMPARED_NEIGHBOURS: usize = 2;
+/// Number of neighbors that a tick compares with.
+const COMPARED_NEIGHBORS: usize = 2;
 
-/// Number of neighbours that receive fresh facts at once.
+/// Number of neighbors that receive fresh facts at once.
 const FRESH_RECEIVERS: usize = 2;
 
 /// Outgoing message.
@@ -48,12 +48,12 @@ impl LifeOffer {
     }
 }
 
-/// Dissemination: sends fresh facts to neighbours, and compares lives with theirs.
+/// Dissemination: sends fresh facts to neighbors, and compares lives with theirs.
 #[derive(Clone, Debug)]
-pub(super) struct Spreader {
+pub(super) struct Disseminator {
     limits: Limits,
     random: Random,
-    neighbours: Vec<u32>,
+    neighbors: Vec<u32>,
     /// Origin at which the next digest begins, if one has no room for all.
     cursor: u32,
     fresh: BTreeMap<(u32, u64), Fresh>,
@@ -62,12 +62,12 @@ pub(super) struct Spreader {
     pub dropped: u64,
 }
 
-impl Spreader {
+impl Disseminator {
     pub fn new(limits: Limits, random: Random) -> Self {
         Self {
             limits,
             random,
-            neighbours: Vec::new(),
+            neighbors: Vec::new(),
             cursor: 0,
             fresh: BTreeMap::new(),
             outgoing: VecDeque::new(),
@@ -75,23 +75,23 @@ impl Spreader {
         }
     }
 
-    /// Adds a neighbour that messages reach.
-    pub fn add_neighbour(&mut self, robot: u32) {
-        if let Err(at) = self.neighbours.binary_search(&robot) {
-            self.neighbours.insert(at, robot);
+    /// Adds a neighbor that messages reach.
+    pub fn add_neighbor(&mut self, robot: u32) {
+        if let Err(at) = self.neighbors.binary_search(&robot) {
+            self.neighbors.insert(at, robot);
         }
     }
 
-    /// Removes a neighbour that messages no longer reach.
+    /// Removes a neighbor that messages no longer reach.
     /// Messages that wait for it are dropped.
-    pub fn remove_neighbour(&mut self, robot: u32) {
-        self.neighbours.retain(|neighbour| *neighbour != robot);
+    pub fn remove_neighbor(&mut self, robot: u32) {
+        self.neighbors.retain(|neighbor| *neighbor != robot);
         self.outgoing.retain(|message| message.to != robot);
     }
 
-    /// Marks a life as fresh, to be sent to neighbours.
+    /// Marks a life as fresh, to be sent to neighbors.
     pub fn mark_fresh(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
-        // What has no room is left to comparison.
+        // Facts beyond the limit are left to the comparison.
         if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
             self.fresh.entry((origin, epoch)).or_insert(fresh);
         }
@@ -107,28 +107,28 @@ impl Spreader {
         self.outgoing.iter().map(|message| message.bytes.len()).sum()
     }
 
-    /// Sends a digest to some neighbours, for comparison.
+    /// Sends a digest to some neighbors, for comparison.
     pub fn compare(&mut self, held: &HeldLives) {
         let (digest, next) = self.digest(held, self.cursor);
         self.cursor = next;
-        for to in self.some_neighbours(COMPARED_NEIGHBOURS) {
+        for to in self.some_neighbors(COMPARED_NEIGHBORS) {
             self.send(to, digest.clone());
         }
     }
 
-    /// Returns the next message to send; `None` if there is none.
+    /// Returns the next message to send, if any.
     pub fn next(&mut self, held: &HeldLives) -> Option<Outgoing> {
         if self.outgoing.is_empty() && !self.fresh.is_empty() {
-            self.tell(held);
+            self.send_fresh(held);
         }
         self.outgoing.pop_front()
     }
 
-    /// Sends fresh facts to some neighbours, as far as they fit into one message.
+    /// Sends fresh facts to some neighbors, as far as they fit into one message.
     /// The comparison covers the rest.
-    fn tell(&mut self, held: &HeldLives) {
+    fn send_fresh(&mut self, held: &HeldLives) {
         let fresh = std::mem::take(&mut self.fresh);
-        for to in self.some_neighbours(FRESH_RECEIVERS) {
+        for to in self.some_neighbors(FRESH_RECEIVERS) {
             let mut writer = Message::sections();
             for ((origin, epoch), Fresh { after, from }) in &fresh {
                 if *from == Some(to) {
@@ -143,10 +143,10 @@ impl Spreader {
         }
     }
 
-    fn some_neighbours(&mut self, count: usize) -> impl Iterator<Item = u32> + use<> {
-        let length = self.neighbours.len();
+    fn some_neighbors(&mut self, count: usize) -> impl Iterator<Item = u32> + use<> {
+        let length = self.neighbors.len();
         let begin = self.random.below(length);
-        let (before, after) = self.neighbours.split_at(begin);
+        let (before, after) = self.neighbors.split_at(begin);
         after.iter().chain(before).copied().take(count).collect::<Vec<_>>().into_iter()
     }
 
@@ -162,7 +162,7 @@ impl Spreader {
     /// The second value is the origin at which the next digest begins.
     pub fn digest(&self, held: &HeldLives, first: u32) -> (Vec<u8>, u32) {
         let mut claims = WireWriter::new(&[]);
-        // What the header may take.
+        // Reserve for the header.
         let limit = self.limits.message - 16;
         let mut last = u32::MAX;
         let (mut origin, mut begin) = (first, 0);

@@ -8,7 +8,7 @@ const STAGE_TIMEOUT: u32 = 8;
 
 /// Partly received newer version of a life.
 ///
-/// Its parts may belong to growing versions, as the author goes on during the transfer. It then also contains entries
+/// Its parts may belong to growing versions, as the author continues during the transfer. It then also contains entries
 /// that later parts replace, and is exact at the version of its last part. Meanwhile retracted facts are in later
 /// parts, too, as no part may have a floor above `base`.
 #[derive(Clone, Debug)]

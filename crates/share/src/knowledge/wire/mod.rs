@@ -40,7 +40,7 @@ impl<'a> Message<'a> {
             return Err(reader.expected("no message of that length"));
         }
         if reader.byte()? != FORMAT_VERSION {
-            return Err(reader.expected("a format that this version of Slate knows"));
+            return Err(reader.expected("a format of this version of Slate"));
         }
         match reader.byte()? {
             DIGEST => {

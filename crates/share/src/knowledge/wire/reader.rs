@@ -23,7 +23,7 @@ impl<'a> WireReader<'a> {
 
     pub fn bytes(&mut self, length: usize) -> Result<&'a [u8], MessageError> {
         let (bytes, rest) =
-            self.rest.split_at_checked(length).ok_or_else(|| self.expected("as many bytes as it says"))?;
+            self.rest.split_at_checked(length).ok_or_else(|| self.expected("as many bytes as its length"))?;
         self.rest = rest;
         Ok(bytes)
     }

@@ -1,4 +1,4 @@
-//! Packets that nobody sends by mistake.
+//! Malicious packets.
 
 use std::net::UdpSocket;
 use std::time::Duration;

@@ -7,8 +7,8 @@ use crate::dds::cyclone::peer::{Peer, alone};
 use crate::dds::interfaces::target;
 
 #[test]
-fn what_does_not_match_is_said_with_its_policy() {
-    alone("dds::cyclone::mismatch::what_does_not_match_is_said_with_its_policy", |domain| {
+fn qos_mismatch_names_its_policy() {
+    alone("dds::cyclone::mismatch::qos_mismatch_names_its_policy", |domain| {
         let of = "type = \"demo::Target\", idl = \"tests/dds/target.idl\"";
         let agent = start(&format!(
             "domain = {domain}\nread.\"planner/target\" = {{ topic = \"Target\", {of}, transient_local = true }}\n\

@@ -28,7 +28,7 @@ const WORDS: MatchWords = MatchWords {
     scheme: TABLE,
     roles: ["publisher", "subscription"],
     message_name,
-    advice: "use another topic or interface",
+    help: "use another topic or interface",
 };
 
 /// Quality of service of services.

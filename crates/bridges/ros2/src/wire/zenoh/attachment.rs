@@ -38,7 +38,7 @@ impl MessageAttachment {
         bytes
     }
 
-    /// Decodes an attachment; `None` if the bytes are none.
+    /// Decodes an attachment; `None` if the bytes are not valid.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let (sequence_number, bytes) = bytes.split_first_chunk()?;
         let (source_timestamp, bytes) = bytes.split_first_chunk()?;

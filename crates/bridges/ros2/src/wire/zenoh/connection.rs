@@ -81,7 +81,10 @@ impl RouterConnection {
                         return;
                     }
                     Err(reason) if reported.as_ref() != Some(&reason) => {
-                        link.log(Level::Warn, &format!("{reason}; the node joins when it is there: {HELP}"));
+                        link.log(
+                            Level::Warn,
+                            &format!("{reason}; the node joins when the router runs: {HELP}"),
+                        );
                         reported = Some(reason);
                     }
                     Err(_) => {}
@@ -128,7 +131,7 @@ impl NodeSession {
         };
         declare(&self.node_token).map_err(|error| error.to_string())?;
         for (token, endpoint) in &self.endpoints {
-            // The token last: who sees it may use the endpoint.
+            // The token last: a node that sees it may use the endpoint.
             if let Err(error) = endpoint.declare(&session).and_then(|()| declare(token)) {
                 self.log(Level::Error, &format!("`{token}` can't be declared: {error}"));
             }
@@ -147,7 +150,7 @@ impl NodeSession {
         let note = move |event: LinkEvent| {
             let (level, text) = match event.kind() {
                 SampleKind::Put => (Level::Info, "is back, and the node has joined again"),
-                SampleKind::Delete => (Level::Warn, "has gone; the node joins again when it is back"),
+                SampleKind::Delete => (Level::Warn, "is lost; the node joins again when the router is back"),
             };
             if !ended.load(Ordering::Acquire) {
                 composer.log(level, &format!("{TABLE}: the router at {router} {text}"));

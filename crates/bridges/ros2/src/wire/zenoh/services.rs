@@ -14,7 +14,7 @@ use super::session_endpoint::SessionEndpoint;
 use crate::wire::{RequestNumber, RequestReader, RequestWriter, Responder, ServiceRequest};
 
 /// Requests and responses that may wait for their thread.
-const ROOM: usize = 64;
+const QUEUE_CAPACITY: usize = 64;
 
 /// Time that the way of a response is kept open; clients time out by themselves.
 const TIMEOUT: Duration = Duration::from_secs(600);
@@ -33,7 +33,7 @@ pub struct ZenohServer {
 
 impl ZenohServer {
     pub fn new(key: String) -> Self {
-        Self { key, queue: Arc::new(ReceiveQueue::new(ROOM)), queryable: Mutex::default() }
+        Self { key, queue: Arc::new(ReceiveQueue::new(QUEUE_CAPACITY)), queryable: Mutex::default() }
     }
 }
 
@@ -101,7 +101,7 @@ struct CallerState {
 impl ZenohCaller {
     pub fn new(service: &str, key: String, gid: Gid, servers: Arc<AtomicUsize>) -> Self {
         let timeout = if service.ends_with(GET_RESULT) { RESULT_TIMEOUT } else { TIMEOUT };
-        let queue = Arc::new(ReceiveQueue::new(ROOM));
+        let queue = Arc::new(ReceiveQueue::new(QUEUE_CAPACITY));
         Self { key, gid, timeout, servers, queue, state: Mutex::default() }
     }
 }

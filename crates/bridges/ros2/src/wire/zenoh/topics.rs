@@ -22,7 +22,7 @@ use super::session_endpoint::SessionEndpoint;
 use crate::wire::{TopicReader, TopicWriter};
 
 /// Messages that may wait for their thread, at least.
-const ROOM: usize = 64;
+const MIN_QUEUE_CAPACITY: usize = 64;
 
 /// Period at which subscriptions learn the number of the last message.
 /// So they request it if it was lost.
@@ -39,7 +39,7 @@ pub struct ZenohTopicReader {
 
 impl ZenohTopicReader {
     pub fn new(key: String, quality: TopicQuality, publishers: Arc<AtomicUsize>) -> Self {
-        let queue = Arc::new(ReceiveQueue::new(ROOM.max(quality.depth.into())));
+        let queue = Arc::new(ReceiveQueue::new(MIN_QUEUE_CAPACITY.max(quality.depth.into())));
         Self { key, quality, queue, publishers, subscriber: Mutex::default() }
     }
 }

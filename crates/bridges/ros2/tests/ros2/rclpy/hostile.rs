@@ -1,4 +1,4 @@
-//! Packets that nobody sends by mistake.
+//! Malicious packets.
 #![allow(clippy::disallowed_methods, reason = "packets go by the machine's clock")]
 
 use serde_json::json;

@@ -54,7 +54,7 @@ fn a_lifecycle_node_is_active_while_its_actuators_are_armed() {
         let goals: Vec<_> = events.iter().rev().take(2).map(|event| event["goal_state"].clone()).collect();
         assert_eq!(goals, [active, inactive.clone()]);
 
-        // A stop that somebody else made is not ended.
+        // A stop by another caller is not reset.
         agent.stop_actuators("by a person");
         eventually("the stop", || state(&mut peer) == inactive);
         assert_eq!(change(&mut peer, json!({ "id": ACTIVATE })), false);

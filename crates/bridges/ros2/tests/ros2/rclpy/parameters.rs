@@ -27,14 +27,14 @@ fn a_node_lists_reads_and_sets_parameters_of_modules() {
             parameters(&mut peer, "list", &json!(["lamp"])),
             json!(["lamp.brightness", "lamp.locked"])
         );
-        let names = json!(["lamp.brightness", "lamp.locked", "lamp.colour"]);
+        let names = json!(["lamp.brightness", "lamp.locked", "lamp.color"]);
         assert_eq!(parameters(&mut peer, "get", &names), json!([0.5, false, null]));
         let shown = parameters(&mut peer, "describe", &json!(["lamp.brightness"]));
         assert_eq!(shown[0]["description"], "Brightness.");
         assert_eq!(shown[0]["type"], 3);
         assert_eq!(shown[0]["read_only"], json!(false));
         assert_eq!(shown[0]["floating_point_range"][0]["to_value"], 1.0);
-        assert_eq!(parameters(&mut peer, "types", &json!(["lamp.locked", "lamp.colour"])), json!([1, 0]));
+        assert_eq!(parameters(&mut peer, "types", &json!(["lamp.locked", "lamp.color"])), json!([1, 0]));
         peer.subscribe("/parameter_events", "rcl_interfaces/msg/ParameterEvent", json!({}));
         std::thread::sleep(std::time::Duration::from_millis(500));
         let done = parameters(&mut peer, "set", &json!({ "lamp.brightness": 0.25, "lamp.locked": true }));
@@ -56,8 +56,8 @@ fn a_node_lists_reads_and_sets_parameters_of_modules() {
         assert_eq!(refused[0][0], json!(false));
         let reason = refused[0][1].as_str().unwrap();
         assert!(reason.contains("brightness") && reason.contains('1'), "{reason}");
-        let refused = parameters(&mut peer, "set", &json!({ "lamp.colour": 7.0 }));
-        assert_eq!(refused, json!([[false, "no module has a parameter `lamp.colour`"]]));
+        let refused = parameters(&mut peer, "set", &json!({ "lamp.color": 7.0 }));
+        assert_eq!(refused, json!([[false, "no module has a parameter `lamp.color`"]]));
         // All or none.
         let both = json!({ "lamp.brightness": 0.75, "lamp.locked": 3 });
         let refused = parameters(&mut peer, "set_atomically", &both);

@@ -165,7 +165,7 @@ fn the_gate_stands_before_the_topic_of_commands() {
             heard.extend(peer.take("/cmd_vel"));
             heard.len() > 5
         });
-        // The plan goes on, and nothing of it comes through.
+        // The plan continues, and nothing of it comes through.
         assert!(heard.iter().all(|twist| speed(twist) == 0.0), "{heard:?}");
         let wanted =
             agent.number("r2/execute/wheels/left").abs() + agent.number("r2/execute/wheels/right").abs();

@@ -69,7 +69,7 @@ fn an_inbox_is_a_service_that_tells_how_messages_fare() {
 }
 
 #[test]
-fn what_does_not_fit_a_service_is_said_before_it_is_offered() {
+fn service_mismatch_is_reported_before_offer() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/srv/Empty\" }",
@@ -112,7 +112,7 @@ fn an_outbox_calls_a_service_of_a_node() {
              response = \"asker/reply\", timeout = \"800ms\" }}"
         );
         let agent = Running::of(&text(&table));
-        // Nobody is there.
+        // Without a server.
         wish(&agent, true);
         eventually("a lost message", || {
             agent.has_logged("a message of /asker/requests is not answered: /enable has no server")

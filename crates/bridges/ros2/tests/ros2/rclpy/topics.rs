@@ -128,8 +128,8 @@ fn properties_are_topics_of_a_node_that_ros_shows() {
 }
 
 #[test]
-fn what_can_not_match_is_said_with_the_policy_and_the_type() {
-    alone("ros2::rclpy::topics::what_can_not_match_is_said_with_the_policy_and_the_type", |domain| {
+fn qos_mismatch_names_policy_and_type() {
+    alone("ros2::rclpy::topics::qos_mismatch_names_policy_and_type", |domain| {
         let table = format!(
             "domain = {domain}\nread.\"driver/scan\" = \"/scan\"\nread.\"driver/command\" = \"/cmd_vel\"\n\
              write.\"/odom\" = {{ from = \"sensor/odometry\", reliable = false }}\nwrite.\"/map_odom\" = \"sensor/odometry\""

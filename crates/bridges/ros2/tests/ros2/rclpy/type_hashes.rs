@@ -143,7 +143,7 @@ fn hashes_of_others_are_seen_and_compared() {
         assert_eq!(agent.logged("otherwise"), 1);
         let mut explorer = RosExplorer::join(domain, &RosWireSettings::Dds, false).unwrap();
         eventually("the publisher", || {
-            explorer.look(Duration::from_millis(100));
+            explorer.discover(Duration::from_millis(100));
             let topics = explorer.topics();
             let found = topics.get("/load").and_then(|topic| topic.publishers.first());
             found.and_then(|own| own.type_hash.as_ref()) == Some(&theirs)

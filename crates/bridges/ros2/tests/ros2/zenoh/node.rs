@@ -106,7 +106,7 @@ fn tools_see_a_domain_over_zenoh() {
     let wire = RosWireSettings::zenoh(&format!("tcp/127.0.0.1:{}", router.port), false).unwrap();
     let mut explorer = RosExplorer::join(3, &wire, false).unwrap();
     eventually("the topic", || {
-        explorer.look(Duration::from_millis(100));
+        explorer.discover(Duration::from_millis(100));
         explorer.topics().get("/odom").is_some_and(|own| own.publishers.len() + own.subscriptions.len() == 2)
     });
     assert!(explorer.nodes().contains("/talker") && explorer.nodes().contains("/peer"));
@@ -137,7 +137,7 @@ fn tools_see_a_domain_over_zenoh() {
     }
     drop(agent);
     eventually("nobody", || {
-        explorer.look(Duration::from_millis(50));
+        explorer.discover(Duration::from_millis(50));
         !explorer.nodes().contains("/talker")
     });
     // No router, and none that clear text may reach.

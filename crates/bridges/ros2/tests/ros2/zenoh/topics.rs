@@ -178,7 +178,7 @@ fn late_subscriptions_receive_what_was_kept() {
     // The last three of four, the newest last.
     eventually("what was kept", || status(&agent, "/cmd_vel").count == 3);
     assert_eq!(agent.number("driver/command/linear"), 4.0);
-    // What the agent keeps, the other implementation asks for, of which it takes the newest.
+    // What the agent keeps, the other implementation requests, of which it takes the newest.
     agent.composer.log(slate_module::Level::Error, "the wheel is stuck");
     let mut line = Json::Null;
     eventually("the log", || {
@@ -222,7 +222,7 @@ fn an_agent_without_a_router_runs_and_joins_it_later() {
 }
 
 #[test]
-fn types_that_differ_and_broken_messages_are_told() {
+fn different_types_and_broken_messages_are_reported() {
     let router = Router::start();
     let agent = Running::start(
         "picky",

@@ -20,7 +20,7 @@ pub struct Body {
     wheels: Command<WheelSpeeds>,
 }
 
-/// Wheel radius and track width, metres.
+/// Wheel radius and track width, meters.
 const WHEEL: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 
@@ -36,7 +36,7 @@ impl Body {
 /// Drives to a point in the map frame.
 #[derive(Serialize, Deserialize)]
 pub struct GoTo {
-    /// Metres.
+    /// Meters.
     x: f64,
     y: f64,
 }

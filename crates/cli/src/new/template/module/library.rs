@@ -37,7 +37,7 @@ pub struct NearestObstacle;
 impl Module for NearestObstacle {
     type Io = Io;
     type Params = Params;
-    // The last distance, metres, which a reload of the code keeps.
+    // The last distance, meters, which a reload of the code keeps.
     type State = Option<f64>;
 
     fn tick(last: &mut Option<f64>, io: &Io, params: &Params, _: &Tick) -> Outcome {
@@ -64,7 +64,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns the distance when no obstacle is within `range` metres.
+    /// Returns the distance when no obstacle is within `range` meters.
     fn nothing_within(module: &mut Fixture<NearestObstacle>, range: f64) -> f64 {
         module.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = range);
         assert_eq!(module.tick(), Outcome::Ok);

@@ -23,7 +23,7 @@ pub struct Io {
 pub struct Params {
     #[param(default = 0.4, range = 0.0..=1.2, unit = "m/s", doc = "maximum linear velocity")]
     max_linear_velocity: f64,
-    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity per metre of distance to the target")]
+    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity per meter of distance to the target")]
     gain: f64,
     #[param(default = 0.05, range = 0.0..=1.0, unit = "m", doc = "distance from the target that counts as reached")]
     goal_tolerance: f64,
