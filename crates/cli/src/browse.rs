@@ -32,7 +32,7 @@ pub struct ConsoleOptions {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["open", "role"])]
     export: Option<PathBuf>,
 
-    /// Recording to export
+    /// Recording to export, or the folder of a run
     #[arg(requires = "export")]
     recording: Option<PathBuf>,
 

@@ -37,6 +37,9 @@ const MAX_VALUES: u64 = 10_000;
 /// Larger values are exported at a lower rate.
 const MAX_SIZE: usize = 4 << 20;
 
+/// Recording in the folder of a run.
+const RECORDING: &str = "run.mcap";
+
 /// Interface of images, which a page would take too much space for.
 const IMAGE: &str = "Image";
 
@@ -55,7 +58,9 @@ pub fn export(
     rate: f64,
     connect: impl FnOnce() -> Result<Client, Failure>,
 ) -> Result<ExportedPage, Failure> {
-    let run = match recording {
+    // The folder of a run has its recording.
+    let recording = recording.map(|file| if file.is_dir() { file.join(RECORDING) } else { file.to_owned() });
+    let run = match &recording {
         Some(file) => with_playback(file, |client| gather(client, file_name(file), rate))?,
         None => gather(&mut connect()?, String::new(), rate)?,
     };

@@ -266,7 +266,7 @@ fn exported_page_plays_a_recording_without_an_agent() {
     let _turn = shared_turn();
     let running = Running::new("browser-exported");
     running.done(&["run", "exp1", "--headless", "--set", "record.enabled=true", "--out", "here"]);
-    let exported = running.done(&["console", "here/run.mcap", "--export", "page"]);
+    let exported = running.done(&["console", "here", "--export", "page"]);
     assert!(exported.contains("page/index.html has "), "{exported}");
     let page = running.folder().join("page/index.html");
     assert!(std::fs::metadata(&page).unwrap().len() < 8 << 20, "the page is too large for a bug report");

@@ -7,6 +7,15 @@ export { at, Problem };
 /** Whether the page shows a recorded run without an agent. */
 export const isRecorded = false;
 
+/** The agent's time, ns, where the client knows it; else that of the newest value counts. */
+export const timeShown = () => null;
+
+/** The built-in layouts that this agent has content for. */
+export const offered = (layouts) => layouts;
+
+/** What the bar says about the origin of what is shown. */
+export const note = "";
+
 const BASE = "/api/v1";
 const KEY = "slate.token";
 

@@ -1,6 +1,6 @@
 // The page: head, choice of the layout, tiles.
 import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
-import { get, giveToken, panels as panelModules, Problem, token } from "/api.js";
+import { get, giveToken, offered, panels as panelModules, Problem, token } from "/api.js";
 import { connect, connection, onConnection } from "/live.js";
 import { BUILT_IN, isFit, read, withPanel, write } from "/layouts.js";
 import { follow, reloadAll, useAgent } from "/store.js";
@@ -17,6 +17,7 @@ import { forget } from "/map/trails.js";
 import { isOver } from "/stop.js";
 import { select } from "/selection.js";
 
+const built = offered(BUILT_IN);
 const panels = new Map();
 const broken = [];
 
@@ -73,8 +74,8 @@ function App() {
   const [finds, setFinds] = useState(false);
   const [run, setRun] = useState(null);
   const [isOther, setIsOther] = useState(false);
-  const all = useMemo(() => ({ ...BUILT_IN, ...saved }), [saved]);
-  const layout = view.layout ?? all[view.name] ?? BUILT_IN.overview;
+  const all = useMemo(() => ({ ...built, ...saved }), [saved]);
+  const layout = view.layout ?? all[view.name] ?? built.overview;
 
   useEffect(() => follow("/layouts", ({ value }) => value && setSaved(Object.fromEntries(Object.entries(value).filter(([, it]) => isFit(it))))), []);
   useEffect(() => {
@@ -144,7 +145,7 @@ function App() {
 
   return html`
     <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Skip to the panels</a>
-    <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
+    <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${built} show=${show}
       change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} find=${() => setFinds(true)} />
     <${Banner} agent=${agent} state=${state} broken=${broken} isOther=${isOther} seen=${() => setIsOther(false)} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />

@@ -1,6 +1,6 @@
 // The bar at the bottom: recordings, history, and the controls of a playback.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
-import { isRecorded, post, Problem } from "/api.js";
+import { isRecorded, note, post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
 import { rememberedBy } from "/history.js";
 import { reload, useOver, usePlayback, useResource } from "/store.js";
@@ -105,6 +105,7 @@ export function Bar({ agent }) {
   const isAllowed = isRecorded || (agent && agent.role !== "viewer");
   return html`<footer class="foot" aria-label="Record and replay" data-past=${isPast() ? "true" : undefined}>
     <${Trouble} problem=${problem} />
+    ${note && html`<span class="muted">${note}</span>`}
     ${playback ? html`<${Playback} playback=${playback} act=${act} isAllowed=${isAllowed} />` : html`<${Recording} recordings=${recordings} act=${act} isAllowed=${isAllowed} />
       ${recordings.flight && agent ? html`<${Past} flight=${recordings.flight} agent=${agent} />` : html`<span class="grow"></span><span class="muted">The flight recorder is off: see <code>[record.flight]</code></span>`}`}
   </footer>`;

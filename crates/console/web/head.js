@@ -5,7 +5,7 @@ import { time, word } from "/format.js";
 import { useOver, usePlayback, useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
 import { copy, nameOf, write } from "/layouts.js";
-import { Problem, get, put } from "/api.js";
+import { Problem, get, isRecorded, put } from "/api.js";
 import { Dialog } from "/dialog.js";
 
 // Only the digits change often.
@@ -66,7 +66,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     ${note && html`<span role="status" class="muted">${note}</span>`}
     ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="Discard the changes of this layout">Reset layout</button>`}
     <button class="quiet" onClick=${share} title="Copy a link to this layout">Link</button>
-    <button class="quiet" onClick=${() => setDialog({ title: view.name in built ? "" : layout.title })} title="Save this layout in the project">Save</button>
+    ${!isRecorded && html`<button class="quiet" onClick=${() => setDialog({ title: view.name in built ? "" : layout.title })} title="Save this layout in the project">Save</button>`}
     ${dialog && html`<${Dialog} label=${dialog.link ? "Link to this layout" : "Save layout"} kind="saving" close=${close}>
       ${dialog.link ? html`<label>A link to this layout, without a token<input readonly data-first value=${dialog.link} onFocus=${(event) => event.target.select()} /></label>`
       : html`<form class="saving" onSubmit=${save}><label>Layout name<input name="title" data-first autocomplete="off" required defaultValue=${dialog.title} /></label>

@@ -1,7 +1,7 @@
 // Histories of values since the page was opened: a plotted value is kept as long as the page is open.
 import { part, selection } from "/schema.js";
 import { watch } from "/live.js";
-import { at, get, Problem } from "/api.js";
+import { at, get, isRecorded, Problem } from "/api.js";
 
 const RATE = 20;
 // Ten minutes.
@@ -23,7 +23,8 @@ export function history(path, pointer, rate = RATE) {
     watch(path, ({ value, time }) => add(found, time / 1e9, value[0]), { rate, live: true, part: pointer });
     recall(path, 5000, (values) => prepend(found, values.map(({ time, value }) => ({ time, value: value[0] }))), pointer);
   } else {
-    watch(path, ({ value, time }) => add(found, time / 1e9, part(value, pointer)), { rate, live: true });
+    // A recorded run is played at any rate and from any place: it delivers all values up to there.
+    watch(path, ({ value, time }) => add(found, time / 1e9, part(value, pointer)), { rate, live: true, every: isRecorded });
     recall(path + pointer, 5000, (values) => prepend(found, values));
   }
   return found;

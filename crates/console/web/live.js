@@ -1,7 +1,7 @@
 // Live values over one WebSocket. Each property is subscribed once, at the highest rate that a watcher requests.
 // A hidden page requests one value a second. While the page shows a past time, watchers receive values of that time, and
 // the robot continues.
-import { at, get, life, openSocket, Problem } from "/api.js";
+import { at, get, life, openSocket, Problem, timeShown } from "/api.js";
 import { selection } from "/schema.js";
 import { useEffect, useRef, useState } from "/lib/preact.js";
 
@@ -114,7 +114,7 @@ function hearBytes(bytes) {
 }
 
 function take(subscription, { value, time, sequence }) {
-  if (time > clock.live) clock.live = time;
+  clock.live = timeShown() ?? Math.max(clock.live, time);
   if (past === null) clock.now = clock.live;
   subscription.last = { value, time, sequence, received: performance.now(), isRecalled: false };
   deliver(subscription, subscription.last, past !== null);

@@ -35,7 +35,7 @@ export function shares(found, begin) {
   return Object.fromEntries(Object.entries(sums).map(([value, sum]) => [value, whole ? sum / whole : 0]));
 }
 
-// Routes have their own colours and rows, so that they differ without colours, too.
+// Routes have their own colors and rows, so that they differ without colors, too.
 const ROUTES = { DELIBERATIVE: { color: "deliberative", row: 0 }, REACTIVE: { color: "reactive", row: 1 }, IDLE: { color: "idle", row: 2 } };
 
 function look(value, values) {

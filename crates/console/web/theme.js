@@ -20,7 +20,7 @@ export function toggleTheme() {
 
 let cache = null;
 
-/** The colours of the theme by name, for canvases. */
+/** The colors of the theme by name, for canvases. */
 export function colors() {
   if (cache) return cache;
   const style = getComputedStyle(document.documentElement);
@@ -30,7 +30,7 @@ export function colors() {
   return cache;
 }
 
-/** Calls a function when the colours change; returns a function that ends this. */
+/** Calls a function when the colors change; returns a function that ends this. */
 export function onTheme(listener) {
   listeners.add(listener);
   return () => listeners.delete(listener);

@@ -42,7 +42,7 @@ function Tile({ tile, number, panels, change, close, split }) {
   </section>`;
 }
 
-/** A border between two neighbours; `move` receives its displacement as a share of both. */
+/** A border between two neighbors; `move` receives its displacement as a share of both. */
 function Border({ direction, move }) {
   const start = useRef(null);
   const at = (event) => (direction === "column" ? event.clientX : event.clientY);

@@ -1,4 +1,4 @@
-// A run in a file, without an agent: it plays, pauses, is searched and shows every layout.
+// A run in a file, without an agent: it plays, pauses, is searched, and shows what it went through.
 const { Visit, assert, link, until, visit } = require("./page.cjs");
 
 visit(async () => {
@@ -22,7 +22,8 @@ visit(async () => {
   const there = await row.innerText();
   await seek(0.1);
   await until("it is back", async () => (await shown()) < 5 && (await row.innerText()) !== there);
-  await until("the log goes up to there", async () => /Time shown/.test(await page.innerText(".log .looked-at")));
+  const seconds = (text) => text.split(":").reduce((minutes, rest) => 60 * Number(minutes) + Number(rest));
+  await until("the head has that time", async () => Math.abs(seconds(await page.innerText(".head .clock")) - (await shown())) < 0.1);
   await browser.accessible(page, "an exported run");
   await browser.picture(page, "exported");
   const at = await shown();
@@ -32,6 +33,14 @@ visit(async () => {
   await until("it plays again", async () => (await shown()) > at + 0.5);
   await browser.view(page, "inspect");
   await until("the tree has values", async () => /planner/.test(await page.innerText("main")));
-  for (const name of ["plots", "mapek", "graph", "timing", "log"]) await browser.view(page, name);
+  const layouts = await page.locator("nav[aria-label=Layouts] a").allInnerTexts();
+  assert(layouts.includes("Plots") && !["MAPE-K", "Graph", "Timing", "Drive"].some((name) => layouts.includes(name)), layouts.join());
+  // What was jumped over is there, too.
+  await page.click("button[aria-label=Pause]");
+  await seek(0.05);
+  await browser.view(page, "plots");
+  await seek(0.9);
+  const routes = async () => page.locator(".strip-words", { hasText: "Reactive" }).allInnerTexts();
+  await until("both routes", async () => (await routes()).some((text) => /Deliberative [1-9].*Reactive [1-9]|Reactive [1-9].*Deliberative [1-9]/.test(text)));
   await browser.end();
 });

@@ -23,7 +23,7 @@ function text(context, colors, words, x, y, color = colors.text) {
   context.fillText(words, x, y);
 }
 
-/** A grid of lines, about one per metre. */
+/** A grid of lines, about one per meter. */
 export function grid(context, colors, view, size) {
   const distance = step(view.scale, 48);
   const [left, top] = toWorld(view, size, 0, 0);
@@ -75,8 +75,8 @@ export function world(context, colors, view, size, { polygons = [], circles = []
   }
 }
 
-/** The trail of a robot: a line with a dash and a colour for each route, and squares at changes. Each of several robots
- *  has a band of its `own` colour below, which is also the colour of a trail without routes. */
+/** The trail of a robot: a line with a dash and a color for each route, and squares at changes. Each of several robots
+ *  has a band of its `own` color below, which is also the color of a trail without routes. */
 export function trail(context, colors, view, size, { points: all }, now, own = null) {
   const points = all.at(-1)?.time > now ? all.filter(({ time }) => time <= now) : all;
   let begin = 0;

@@ -38,7 +38,7 @@ export function obstacles(context, colors, view, size, pose, { pose: odometry, p
   }
 }
 
-/** A local plan: the trajectory that the robot follows, and thin ones that were compared, fainter with less weight; those that collide are grey. */
+/** A local plan: the trajectory that the robot follows, and thin ones that were compared, fainter with less weight; those that collide are gray. */
 export function localPlan(context, colors, view, size, { value: { steps, points }, time }, now) {
   if (!(steps > 1) || now - time > OLD) return;
   const trace = (from) => {

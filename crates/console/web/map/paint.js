@@ -15,7 +15,7 @@ export const LAYERS = {
 /** Whether a scene has more robots than a person can tell apart: those that follow a script, such as people, then have neither trail nor name. */
 export const isCrowd = (robots) => robots.length > 12;
 
-// Each of several robots has a colour of its own.
+// Each of several robots has a color of its own.
 const own = (scheme, place) => scheme.series[place % scheme.series.length];
 
 /** Robots that leave a trail. */

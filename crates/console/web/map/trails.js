@@ -1,4 +1,5 @@
 // Trails of robots by route: kept as long as the page is open, whatever it shows.
+import { isRecorded } from "/api.js";
 import { recall } from "/history.js";
 import { watch } from "/live.js";
 
@@ -21,8 +22,9 @@ export function trail(pose, status, table) {
   found = { points: [], route: "IDLE", table: null };
   if (table) remember(found, table);
   trails.set(key, found);
-  if (status) watch(status, ({ value }) => (found.route = value.route), { rate: 20, live: true });
-  watch(pose, ({ value, time }) => add(found, value, time), { rate: 20, live: true });
+  const options = { rate: 20, live: true, every: isRecorded };
+  if (status) watch(status, ({ value }) => (found.route = value.route), options);
+  watch(pose, ({ value, time }) => add(found, value, time), options);
   recall(pose, 4000, (places) => {
     // The document of the run has more points.
     if (found.table) return undefined;

@@ -1,4 +1,4 @@
-// Conversion between metres and pixels. The centre of the view is a point of the world; `scale` is pixels per metre.
+// Conversion between meters and pixels. The center of the view is a point of the world; `scale` is pixels per meter.
 
 // Margin around the world, pixels; the readout of the robots is above it.
 const [ABOVE, AROUND] = [66, 26];

@@ -1,5 +1,5 @@
 // Layout of a directed graph in layers, from top to bottom (Sugiyama et al., 1981): loops are cut, layers are those of the
-// longest path, edges over several layers get a place in each, and the order in a layer is that of the neighbours' means.
+// longest path, edges over several layers get a place in each, and the order in a layer is that of the neighbors' means.
 
 const [SWEEPS, ALIGNMENTS] = [12, 40];
 const [GAP, LANE, ROW] = [22, 12, 34];
@@ -102,7 +102,7 @@ function order(places, rows) {
   }
 }
 
-/** Moves each place below and above its neighbours, as far as the order in its row and the widths allow. */
+/** Moves each place below and above its neighbors, as far as the order in its row and the widths allow. */
 function align(places, rows) {
   const apart = (one, other) => places[one].right + (places[one].height || places[other].height ? GAP : LANE) + places[other].left;
   for (const row of rows) row.forEach((place, at) => (places[place].x = at ? places[row[at - 1]].x + apart(row[at - 1], place) : places[place].left));

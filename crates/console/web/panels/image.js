@@ -90,7 +90,7 @@ function Panel({ options, setOptions }) {
   }, [overlays.join(" ")]);
 
   if (!images.length) return html`<${Empty}>No module of this agent publishes an image.</${Empty}>`;
-  // The pixel under the pointer; the image is centred in its box.
+  // The pixel under the pointer; the image is centered in its box.
   const point = (event) => {
     const { left, top, width, height } = canvas.current.getBoundingClientRect();
     const scale = Math.min(width / shown.width, height / shown.height);

@@ -4,7 +4,7 @@ import { Drawing } from "/mission/drawing.js";
 import { drawing } from "/mission/graph.js";
 import { Program } from "/mission/program.js";
 
-const NOTATIONS = { PETRI_NET: "Petri net", BEHAVIOR_TREE: "behaviour tree", STATE_MACHINES: "state machines", GOLOG_PROGRAM: "Golog program" };
+const NOTATIONS = { PETRI_NET: "Petri net", BEHAVIOR_TREE: "behavior tree", STATE_MACHINES: "state machines", GOLOG_PROGRAM: "Golog program" };
 const CONDITIONS = { HOLDS: "true", DOES_NOT_HOLD: "false", UNKNOWN: "unknown" };
 const NONE = 65535;
 

@@ -45,9 +45,9 @@ function Panel() {
       ${gates.map((path) => html`<${Gate} key=${path} name=${path.replace(/\/gate$/, "")} state=${value(path)} />`)}</dl></section>`}
     ${metrics.map((path) => html`<section key=${path}><div class="group"><h3>${path.replace(/\/metrics$/, "")}</h3></div><dl>
       ${Object.entries(interfaces.Metrics?.properties ?? {}).filter(([name]) => name !== "reserved").map(([name, schema]) =>
-        html`<${Field} key=${name} name=${word(name)} title=${schema.description}>${value(path) ? number(value(path)[name], schema["x-unit"]) : "–"}</${Field}>`)}</dl></section>`)}
+        html`<${Field} key=${name} name=${word(name)} title=${schema.description}>${Number.isFinite(value(path)?.[name]) ? number(value(path)[name], schema["x-unit"]) : "–"}</${Field}>`)}</dl></section>`)}
     <section><div class="group"><h3>Agent</h3></div><dl>
-      <${Field} name="Modules">${modules.filter(({ condition }) => condition === "WORKING").length} of ${modules.length} working</${Field}>
+      ${modules.length > 0 && html`<${Field} name="Modules">${modules.filter(({ condition }) => condition === "WORKING").length} of ${modules.length} working</${Field}>`}
       <${Field} name="Cycles">${loop?.cycles ?? "–"}</${Field}>
       <${Field} name="Cycle duration" title="Median and 99th percentile">${cycle ? `${duration(cycle.p50)}, p99 ${duration(cycle.p99)}` : "–"}</${Field}>
       <${Field} name="Overruns" state=${loop?.overruns ? "degraded" : undefined}>${loop?.overruns ?? "–"}</${Field}>

@@ -92,7 +92,7 @@ function read(text) {
 export function answer(method, text, body) {
   if (method === "GET") return read(text);
   const order = ORDERS[text.match(/^\/playback\/(\w+)$/)?.[1]];
-  if (method !== "POST" || !order) throw new Problem(409, "this page shows a recorded run, which nothing can change", "open the console of an agent");
+  if (method !== "POST" || !order) throw new Problem(409, "this page shows a recorded run; nothing in it can be changed", "open the console of an agent");
   playback.change(order(body ?? {}));
   return status();
 }

@@ -1,12 +1,33 @@
 // The client of a recorded run in an exported page, in the place of `/api.js`.
 import { at, methods, Problem } from "/operations.js";
 import { answer } from "/recorded/answers.js";
-import { run } from "/recorded/run.js";
+import { playback, run } from "/recorded/run.js";
 import { RecordedSocket } from "/recorded/socket.js";
 
 export { at, Problem };
 
 export const isRecorded = true;
+
+export const timeShown = () => playback.now();
+
+// What a recording has nothing of: blocks, modules and their times are known only of an agent that was running.
+const hasModules = run.resources["/modules"]?.length > 0;
+const hasLog = run.histories["log/tail"]?.length > 0;
+const ABSENT = ["parameters", "images", "drive", ...(hasModules ? [] : ["mapek", "graph", "timing"]), ...(hasLog ? [] : ["log"])];
+
+/** A layout without the tiles of absent panels; nothing if no tile is left. */
+function reduced(layout) {
+  const columns = layout.columns.map((column) => ({ ...column, tiles: column.tiles.filter(({ panel }) => !ABSENT.includes(panel)) }));
+  const kept = columns.filter(({ tiles }) => tiles.length);
+  return kept.length ? { ...layout, columns: kept } : null;
+}
+
+export function offered(layouts) {
+  const kept = Object.entries(layouts).filter(([name]) => !ABSENT.includes(name));
+  return Object.fromEntries(kept.map(([name, layout]) => [name, reduced(layout)]).filter(([, layout]) => layout));
+}
+
+export const note = hasModules ? "Conditions, timing and graph of the modules are those of the end" : "";
 
 /** A page without an agent needs no token. */
 export const token = () => "recorded";

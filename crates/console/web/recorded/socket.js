@@ -31,15 +31,19 @@ export class RecordedSocket {
     setTimeout(() => this.onmessage?.({ data: JSON.stringify(message) }));
   }
 
+  /** Sends what is new at the time that is shown, in the order of time; after a step back, subscriptions to every value start over. */
   deliver() {
     const [now, time] = [performance.now(), playback.now()];
+    const messages = [];
     for (const [id, subscription] of this.subscriptions) {
       const { samples, pointer, every, period, due, last } = subscription;
       const place = newest(samples, time);
       if (place < 0 || place === last || now < due) continue;
-      Object.assign(subscription, { last: place, due: now + period });
-      const first = every && place > last ? last + 1 : place;
-      for (const sample of samples.slice(first, place + 1)) this.say({ id, ...reading(sample, pointer) });
+      Object.assign(subscription, { last: place, due: every ? 0 : now + period });
+      const first = !every ? place : place > last ? last + 1 : 0;
+      for (const sample of samples.slice(first, place + 1)) messages.push({ id, ...reading(sample, pointer) });
     }
+    messages.sort((one, other) => one.time - other.time);
+    for (const message of messages) this.onmessage?.({ data: JSON.stringify(message) });
   }
 }
