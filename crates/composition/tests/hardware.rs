@@ -1,9 +1,9 @@
 //! The RobotModel of a robot must be that of its devices, and have what its blocks want.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, LinkedConfiguration, described_limits, unlinked_warnings};
+use slate_composition::{Catalogue, LinkedConfiguration, check, described_limits, unlinked_warnings};
 use slate_configuration::{Configuration, ErrorCode, Options};
-use slate_interfaces::{DriverStatus, Twist2};
+use slate_interfaces::{DriverStatus, Twist2, WheelSpeeds};
 use slate_mapek::prelude::*;
 use slate_mapek::{ActuatorStatus, actuator, execute, knowledge, monitor, sensor};
 use slate_module::prelude::*;
@@ -278,6 +278,42 @@ fn limits(gate: &str, knowledge: &str) -> (Vec<(String, f64, f64)>, Vec<String>)
     let described = described.map(|limit| (limit.field.value, limit.low, limit.high)).collect();
     let warnings = unlinked_warnings(linked.configuration(), &survey).into_iter().map(|one| one.to_string());
     (described, warnings.filter(|warning| warning.contains("wider")).collect())
+}
+
+#[ports]
+pub struct PairIo {
+    wheels: Command<WheelSpeeds>,
+}
+
+/// Commands two wheels.
+pub struct Pair;
+
+#[module(stage = Act)]
+impl Module for Pair {
+    type Io = PairIo;
+    type Params = ();
+    type State = ();
+
+    fn tick((): &mut (), _: &PairIo, (): &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[test]
+fn numbers_without_limits_beside_limited_ones_are_warned_of() {
+    let warnings = |limits: &str| {
+        let text = format!("[modules.pair]\n[actuators.wheels]\ncommand = \"pair/wheels\"\n{limits}");
+        let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
+        let mut catalogue = Catalogue::default();
+        catalogue.add(Plugin::linked::<Pair>());
+        let survey = check(&configuration, &catalogue).unwrap();
+        let warnings = unlinked_warnings(&configuration, &survey).into_iter().map(|one| one.to_string());
+        warnings.filter(|warning| warning.contains("no limit")).collect::<Vec<_>>()
+    };
+    let found = warnings("limits = { right = [-1.0, 1.0] }");
+    assert!(found.len() == 1 && found[0].contains("`left` of the gate `wheels` has no limit"), "{found:?}");
+    assert_eq!(warnings("limits = { right = [-1.0, 1.0], left = [-1.0, 1.0] }"), [""; 0]);
+    assert_eq!(warnings(""), [""; 0]);
 }
 
 #[test]

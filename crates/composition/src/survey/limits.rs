@@ -85,3 +85,41 @@ pub(super) fn wide_limits(configuration: &Configuration, survey: &Survey<'_>) ->
     }
     found
 }
+
+/// Warns of numbers without a limit beside limited ones of the same unit.
+pub(super) fn partial_limits(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for actuator in configuration.actuators() {
+        let Some(first) = actuator.limits.first() else { continue };
+        let Some(command) = commanded(survey, actuator) else { continue };
+        if described_limits(survey, actuator).is_some() {
+            continue;
+        }
+        let is_limited = |name: &str| actuator.limits.iter().any(|limit| limit.field.value == name);
+        let units: Vec<_> =
+            command.fields.iter().filter(|field| is_limited(field.name)).map(|field| field.unit).collect();
+        let free =
+            command.fields.iter().filter(|field| units.contains(&field.unit) && !is_limited(field.name));
+        let free: Vec<_> = free.map(|field| format!("`{}`", field.name)).collect();
+        if !free.is_empty() {
+            let has = if free.len() == 1 { "has" } else { "have" };
+            let message = format!("{} of the gate `{}` {has} no limit", free.join(", "), actuator.name.value);
+            let help = format!("add a range for each to `limits`, as for `{}`", first.field.value);
+            let message = ErrorCode::PartialLimits.of(message);
+            found.push(configuration.diagnostic(first.field.span, message, Some(help)));
+        }
+    }
+    found
+}
+
+/// Returns the interface of the commands that pass a gate.
+fn commanded(survey: &Survey<'_>, actuator: &Actuator) -> Option<&'static Descriptor> {
+    let port = |path: String| {
+        survey.modules.iter().find_map(|surveyed| {
+            let name = path.strip_prefix(&surveyed.module.name.value)?.strip_prefix('/')?;
+            let mut ports = surveyed.description.ports.iter();
+            ports.find(|port| port.name == name && port.direction == Direction::Command)
+        })
+    };
+    actuator.commands.iter().find_map(|url| port(url.value.path_in(""))).map(|port| port.descriptor)
+}

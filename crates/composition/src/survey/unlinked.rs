@@ -10,7 +10,7 @@ use super::block::{
 };
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::knowledge_inputs::known_output;
-use super::limits::wide_limits;
+use super::limits::{partial_limits, wide_limits};
 use super::names::{in_scope, line};
 use super::reflex_warnings::{undelivered_reflex, unmeasured};
 use super::robot_crossing::crossing;
@@ -35,6 +35,7 @@ pub fn unlinked_warnings(configuration: &Configuration, survey: &Survey<'_>) -> 
     found.extend(crossing(configuration, survey));
     found.extend(unguarded(configuration, survey));
     found.extend(wide_limits(configuration, survey));
+    found.extend(partial_limits(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
         let message = ErrorCode::EmptyRobot.of(format!("robot `{}` has no modules", robot.value));
         let help = format!("add its blocks in [robots.{0}.modules], or remove [robots.{0}]", robot.value);

@@ -14,7 +14,7 @@ pub struct Explanation {
 }
 
 /// Explanations of the codes, in their order.
-pub const EXPLANATIONS: [Explanation; 36] = [
+pub const EXPLANATIONS: [Explanation; 37] = [
     Explanation {
         error_code: ErrorCode::Syntax,
         title: "invalid syntax",
@@ -264,5 +264,12 @@ pub const EXPLANATIONS: [Explanation; 36] = [
         title: "a recorded property does not exist",
         text: "`select` and `exclude` of [record] take paths and patterns, such as `/r2/**`. A path that no property \
                has records nothing; `slate list` shows the properties of a running agent.",
+    },
+    Explanation {
+        error_code: ErrorCode::PartialLimits,
+        title: "some numbers of a command have no limit",
+        text: "A gate keeps only the numbers within limits that its table [actuators] or the RobotModel has limits for. \
+               If `left` and `right` are speeds of wheels and only `right` is limited, `left` passes as it is sent. Add \
+               a range for each number.",
     },
 ];

@@ -10,7 +10,7 @@ use slate_blackboard::interface::AccessError;
 
 pub use explanations::{EXPLANATIONS, Explanation};
 
-/// Kind of an error.
+/// Code of an error.
 /// Each has a code and an entry of [`EXPLANATIONS`], which `slate explain` prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ErrorCode {
@@ -86,11 +86,13 @@ pub enum ErrorCode {
     UnusedPlugin,
     /// A property to record does not exist.
     Unrecorded,
+    /// Numbers of a command lack limits.
+    PartialLimits,
 }
 
 impl ErrorCode {
     /// All kinds, in the order of their codes.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 37] = [
         Self::Syntax,
         Self::Key,
         Self::Parameter,
@@ -127,6 +129,7 @@ impl ErrorCode {
         Self::EmptyRobot,
         Self::UnusedPlugin,
         Self::Unrecorded,
+        Self::PartialLimits,
     ];
 
     /// Code of the kind; it is never used for another kind.
@@ -168,6 +171,7 @@ impl ErrorCode {
             Self::EmptyRobot => "S206",
             Self::UnusedPlugin => "S207",
             Self::Unrecorded => "S208",
+            Self::PartialLimits => "S209",
         }
     }
 
