@@ -186,4 +186,17 @@ fn export_takes_own_sources_and_names_unknown_interfaces() {
         &["interface", "export", "Battery"],
         &["Battery: no interface has this name", "Bumper, "],
     );
+    running.fails(2, &["interface", "export", "position"], &["did you mean `Position`?"]);
+}
+
+#[test]
+fn exported_header_is_replaced_on_request_alone() {
+    let running = Running::new("interface-export-again");
+    let export = ["interface", "export", "Position", "--out", "own.hpp"];
+    running.done(&export);
+    let header = std::fs::read_to_string(running.folder().join("own.hpp")).unwrap();
+    std::fs::write(running.folder().join("own.hpp"), "other").unwrap();
+    running.fails(2, &export, &["`own.hpp` exists already"]);
+    running.done(&[&export[..], &["--force"]].concat());
+    assert_eq!(std::fs::read_to_string(running.folder().join("own.hpp")).unwrap(), header);
 }

@@ -7,7 +7,9 @@ mod syntax_error;
 mod token;
 mod word;
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -72,8 +74,10 @@ pub struct NewInterface {
 pub fn interface(verb: &InterfaceVerb) -> Result<u8, Failure> {
     match verb {
         InterfaceVerb::New(options) => new(options),
-        InterfaceVerb::Import(options) => write(&import::import(options)?, options.out.as_deref()),
-        InterfaceVerb::Export(options) => write(&export::export(options)?, options.out.as_deref()),
+        InterfaceVerb::Import(options) => write(&import::import(options)?, options.out.as_deref(), false),
+        InterfaceVerb::Export(options) => {
+            write(&export::export(options)?, options.out.as_deref(), options.force)
+        }
         InterfaceVerb::Check { files, json } => check(files, *json),
         InterfaceVerb::Diff { old, new, json } => diff(old, new, *json),
     }
@@ -102,15 +106,16 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
     }
     let source = source(options, &fields);
     parse::interfaces(&source).map_err(|wrong| refuse(wrong.message))?;
-    write(&source, options.out.as_deref())
+    write(&source, options.out.as_deref(), false)
 }
 
-/// Writes a source to a new file, or prints it.
-fn write(source: &str, out: Option<&Path>) -> Result<u8, Failure> {
+/// Writes a source to a new file, or to one that it may replace, or prints it.
+fn write(source: &str, out: Option<&Path>, replaces: bool) -> Result<u8, Failure> {
     match out {
         Some(path) => {
-            let file = std::fs::File::options().write(true).create_new(true).open(path);
-            let written = file.and_then(|mut file| std::io::Write::write_all(&mut file, source.as_bytes()));
+            let file =
+                File::options().write(true).create(true).truncate(true).create_new(!replaces).open(path);
+            let written = file.and_then(|mut file| file.write_all(source.as_bytes()));
             written.map_err(|source| match source.kind() {
                 std::io::ErrorKind::AlreadyExists => Failure::Taken { path: path.into() },
                 _ => Failure::File { path: path.into(), source },

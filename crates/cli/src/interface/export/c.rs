@@ -7,11 +7,11 @@ use slate::blackboard::interface::{Descriptor, Enumeration, Kind, Primitive};
 use slate::module::{decode, encode_interface};
 
 use super::cpp::integer_name;
-use super::{HeaderTypes, comment, identifier, literal, origin};
+use super::{HeaderTypes, comment, identifier, literal};
 use crate::failure::Failure;
 
-pub fn header(names: &[&str], types: &HeaderTypes) -> Result<String, Failure> {
-    let mut text = format!("// {}\n\n#pragma once\n\n#include <slate.h>\n", origin(names, "c"));
+pub fn header(origin: &str, types: &HeaderTypes) -> Result<String, Failure> {
+    let mut text = format!("// {origin}\n\n#pragma once\n\n#include <slate.h>\n");
     for enumeration in &types.enumerations {
         constants(&mut text, enumeration);
     }

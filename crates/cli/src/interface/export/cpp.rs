@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use slate::blackboard::interface::{Descriptor, Enumeration, Field, Kind, Primitive};
 
-use super::{HeaderTypes, comment, identifier, literal, origin};
+use super::{HeaderTypes, comment, identifier, literal};
 
 /// Namespace of the structs.
 const NAMESPACE: &str = "interfaces";
 
-pub fn header(names: &[&str], types: &HeaderTypes) -> String {
-    let mut text = format!("// {}\n\n#pragma once\n\n#include <slate.hpp>\n", origin(names, "cpp"));
+pub fn header(origin: &str, types: &HeaderTypes) -> String {
+    let mut text = format!("// {origin}\n\n#pragma once\n\n#include <slate.hpp>\n");
     for enumeration in &types.enumerations {
         enum_class(&mut text, enumeration);
     }

@@ -4,10 +4,11 @@ mod c;
 mod cpp;
 mod reserved_word;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use slate::blackboard::interface::{Descriptor, Enumeration, Kind};
+use slate::blackboard::nearest_names;
 use slate::interfaces;
 
 use crate::failure::Failure;
@@ -39,6 +40,10 @@ pub struct ExportInterface {
     /// New file [default: stdout]
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
+
+    /// Replace an existing file
+    #[arg(long, requires = "out")]
+    pub force: bool,
 }
 
 /// Returns the header that the options ask for.
@@ -47,34 +52,32 @@ pub fn export(options: &ExportInterface) -> Result<String, Failure> {
     let mut known: Vec<_> = own.iter().map(|found| found.descriptor).collect();
     known.extend(interfaces::ALL);
     let names: Vec<_> = options.names.iter().map(String::as_str).collect();
-    header(options.language, &names, &known)
+    header(options.language, &names, &known, options.source.as_deref())
 }
 
 /// Returns a header with interfaces that come with Slate.
 pub fn well_known(language: HeaderLanguage, names: &[&str]) -> Result<String, Failure> {
-    header(language, names, interfaces::ALL)
+    header(language, names, interfaces::ALL, None)
 }
 
 fn header(
     language: HeaderLanguage,
     names: &[&str],
     known: &[&'static Descriptor],
+    source: Option<&Path>,
 ) -> Result<String, Failure> {
     let mut types = HeaderTypes::default();
     for name in names {
         let found = known.iter().find(|descriptor| descriptor.name == *name).ok_or_else(|| {
             let mut all: Vec<_> = known.iter().map(|descriptor| descriptor.name).collect();
             all.sort_unstable();
-            Failure::Interface {
-                place: (*name).to_owned(),
-                problem: format!("no interface has this name; expected one of {}", all.join(", ")),
-            }
+            Failure::Interface { place: (*name).to_owned(), problem: no_interface(name, &all) }
         })?;
         types.add(found);
     }
     match language {
-        HeaderLanguage::C => c::header(names, &types),
-        HeaderLanguage::Cpp => Ok(cpp::header(names, &types)),
+        HeaderLanguage::C => c::header(&origin(names, "c", source), &types),
+        HeaderLanguage::Cpp => Ok(cpp::header(&origin(names, "cpp", source), &types)),
     }
 }
 
@@ -113,8 +116,23 @@ impl HeaderTypes {
 }
 
 /// Returns the comment in the first line of a header.
-fn origin(names: &[&str], language: &str) -> String {
-    format!("Made by `slate interface export {} --language {language}`; do not edit.", names.join(" "))
+fn origin(names: &[&str], language: &str, source: Option<&Path>) -> String {
+    let source = source.map(|file| format!(" --source {}", file.display())).unwrap_or_default();
+    format!(
+        "Made by `slate interface export {}{source} --language {language}`; do not edit.",
+        names.join(" ")
+    )
+}
+
+fn no_interface(name: &str, known: &[&str]) -> String {
+    let same =
+        known.iter().find(|other| other.eq_ignore_ascii_case(name)).map(|same| vec![(*same).to_owned()]);
+    match same.unwrap_or_else(|| nearest_names(name, known.iter().copied())).join("` or `") {
+        near if near.is_empty() => {
+            format!("no interface has this name; expected one of {}", known.join(", "))
+        }
+        near => format!("no interface has this name; did you mean `{near}`?"),
+    }
 }
 
 /// Returns a doc comment; empty without documentation.
