@@ -159,8 +159,9 @@ pub fn decode_interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
 pub(crate) fn decode_description(bytes: &[u8]) -> Result<Description, Refusal> {
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
     let portable: PortableDescription = match first {
-        Some(b'{') => serde_json::from_slice(bytes)
-            .map_err(|error| Refusal(format!("its description is no JSON that fits: {error}")))?,
+        Some(b'{') => serde_json::from_slice(bytes).map_err(|error| {
+            Refusal(format!("its description, as one line of JSON, can't be read: {error}"))
+        })?,
         _ => decode(bytes).map_err(|error| Refusal(format!("its description can't be read: {error}")))?,
     };
     portable.try_into()
@@ -239,13 +240,7 @@ impl TryFrom<PortableDescription> for Description {
                 return Err(format!("it has two ports `{}`", port.name).into());
             }
         }
-        for parameter in &portable.parameters {
-            if params.field(&parameter.name).is_none() {
-                return Err(
-                    format!("its parameter `{}` is no field of {}", parameter.name, params.name).into()
-                );
-            }
-        }
+        portable.parameters.iter().try_for_each(|parameter| check_parameter(params, parameter))?;
         Ok(Self {
             ports: portable.ports.into_iter().map(port).collect::<Result<_, _>>()?,
             params,
@@ -266,6 +261,19 @@ impl TryFrom<PortableDescription> for Description {
             describes_hardware: portable.describes_hardware,
             hardware: portable.hardware,
         })
+    }
+}
+
+fn check_parameter(params: &Descriptor, parameter: &PortableParameter) -> Result<(), Refusal> {
+    let name = &parameter.name;
+    if params.field(name).is_none() {
+        return Err(format!("its parameter `{name}` is no field of {}", params.name).into());
+    }
+    match (parameter.default.as_f64(), parameter.range) {
+        (Some(default), Some((low, high))) if !(low..=high).contains(&default) => {
+            Err(format!("the default of its parameter `{name}` is {default}, outside {low} to {high}").into())
+        }
+        _ => Ok(()),
     }
 }
 
@@ -447,6 +455,19 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
 #[allow(clippy::unwrap_used, reason = "a test that fails panics")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn defaults_out_of_range_are_refused() {
+        let with = |default: f64| {
+            let json = format!(
+                r#"{{"stage":"Think","params":{{"name":"Own","fields":[{{"name":"gain","kind":"f64"}}]}},
+                    "parameters":[{{"name":"gain","default":{default},"range":[0.0,10.0]}}]}}"#
+            );
+            decode_description(json.as_bytes()).map(|_| ()).map_err(|refusal| refusal.0)
+        };
+        assert_eq!(with(10.0), Ok(()));
+        assert!(with(20.0).unwrap_err().contains("`gain` is 20, outside 0 to 10"));
+    }
 
     #[test]
     fn the_description_of_the_book_is_read_as_it_says() {

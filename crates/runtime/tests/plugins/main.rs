@@ -12,12 +12,12 @@
 mod cpp;
 mod damage;
 mod dependencies;
+mod errors;
 mod faults;
 mod fixtures;
 mod hangs;
 mod loading;
 mod memory;
-mod mistakes;
 mod native;
 mod refusals;
 mod reload;

@@ -56,7 +56,7 @@ fn a_description_that_does_not_fit_is_refused_with_the_reason() {
     let ports = |ports: &[String]| format!(r#"{{"stage":"Act","ports":[{}]}}"#, ports.join(","));
     let one = &["u64"][..];
     for (description, says) in [
-        ("{".to_owned(), "no JSON that fits"),
+        ("{".to_owned(), "as one line of JSON, can't be read"),
         (String::new(), "can't be read"),
         (r#"{"stage":"Never"}"#.to_owned(), "unknown variant `Never`"),
         (r#"{"stage":"Act","port":[]}"#.to_owned(), "unknown field `port`"),
