@@ -2,9 +2,8 @@
 
 use crate::agents::Blob;
 use crate::input::Input;
-use slate_blackboard::interface::{Interface, View};
+use slate_blackboard::interface::{Interface, View, difference};
 use slate_module::{decode_interface, encode_interface};
-use slate_share::schema::difference;
 
 /// A session has no larger values.
 const LARGEST: usize = 64 << 10;
@@ -18,8 +17,8 @@ pub fn run(script: &[u8]) {
     };
     let again = encode_interface(descriptor).expect("it came so");
     assert_eq!(decode_interface(&again).expect("it came so").hash, descriptor.hash);
-    assert_eq!(difference(descriptor, descriptor), None);
-    let _ = difference(Blob::DESCRIPTOR, descriptor);
+    assert_eq!(difference(descriptor, descriptor, ("here", "there")), None);
+    let _ = difference(Blob::DESCRIPTOR, descriptor, ("here", "there"));
     let items = usize::from(script.short());
     let _ = descriptor.shape(usize::MAX).bytes(usize::MAX);
     if descriptor.shape(items).bytes(items) > LARGEST {

@@ -1,7 +1,7 @@
 //! Least agent beside the least applications of Copper and dora with one node.
 //! Measures building, starting and idling; each does nothing at 100 Hz.
 //!
-//! What is built is built alone in a folder of its own, so that it has nothing that others of the bench request.
+//! What is built is built alone in a folder of its own, so that it has nothing that others of the bench need.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};

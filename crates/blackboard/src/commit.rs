@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::channel::Latest;
 use crate::sync::{AtomicU64, Ordering, order};
 
-/// Counts the commits of a writer: odd while one is continuing.
+/// Counts the commits of a writer: odd while one is in progress.
 #[derive(Clone, Debug)]
 pub struct CommitWord(Arc<AtomicU64>);
 

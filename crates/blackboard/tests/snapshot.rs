@@ -44,7 +44,7 @@ fn stored(saved: &ChannelSnapshot) -> ChannelSnapshot {
 proptest! {
     /// Two channels, of which one was saved and restored at any moment into used handles, are equal.
     #[test]
-    fn a_thawed_channel_goes_on_like_its_original(
+    fn restored_channel_continues_like_its_original(
         depth in 1usize..6,
         before in 0u64..12,
         pulls in proptest::collection::vec(any::<bool>(), 0..12),

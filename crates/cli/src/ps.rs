@@ -19,7 +19,7 @@ struct AgentRow {
     modules: Option<(usize, usize)>,
     /// Cycles of the main loop.
     cycles: Option<u64>,
-    /// End of its run; none while it continues.
+    /// End of its run; none while it runs.
     over: Option<String>,
     /// Actuators that let no command through.
     #[serde(flatten)]

@@ -81,7 +81,7 @@ fn period(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Period at which Ctrl-C is searched for.
+/// Polling period for Ctrl-C.
 const INTERRUPT_POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// Shows the table.

@@ -70,7 +70,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Maximum duration of one waiting request to the agent.
-/// After it, Ctrl-C is searched for.
+/// After it, Ctrl-C is checked.
 const REQUEST_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Watched property.

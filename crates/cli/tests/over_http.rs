@@ -218,7 +218,7 @@ fn a_secret_is_found_given_or_refused() {
     says(&all.user.call(&list), 5, &["no secret", "SLATE_TOKEN"]);
     let with = |token: &str| all.user.command(&list).env("SLATE_TOKEN", token).output().unwrap();
     assert!(with(&all.token("viewer")).status.success());
-    says(&with(&"0".repeat(64)), 5, &["nobody has this token", "SLATE_TOKEN"]);
+    says(&with(&"0".repeat(64)), 5, &["the token is unknown", "SLATE_TOKEN"]);
     says(&with("two words"), 2, &["SLATE_TOKEN", "expected letters and digits"]);
     says(&with("a\r\nX-Evil: 1"), 2, &["expected letters and digits"]);
     let file = all.user.folder().join("robot.token");

@@ -437,12 +437,15 @@ fn unrepeatable_changes_are_not_covered() {
     running.done(&["snapshot", "load", "here.snapshot"]);
     running.finish();
     let (said, code) = verify(running.folder(), "here/run.mcap");
-    assert!(said.contains("not covered: after cycle") && said.contains("restoring a snapshot"), "{said}");
+    assert!(
+        said.contains("not covered: after cycle") && said.contains("a restore from a snapshot"),
+        "{said}"
+    );
     assert_eq!(code, Some(2));
     // Nor is it said of a module that it writes something else.
     let tried = slate(running.folder(), &["try", "r2/execute", "--bag", "here/run.mcap"]);
     let said = text(&tried.stdout);
-    assert!(said.contains("restoring a snapshot, which can't be repeated and may explain"), "{said}");
+    assert!(said.contains("a restore from a snapshot, which can't be repeated and may explain"), "{said}");
     assert_eq!(tried.status.code(), Some(2));
 }
 

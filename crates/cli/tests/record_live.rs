@@ -207,7 +207,7 @@ fn configuration_rules_select_values_and_show_errors() {
     let verified = running.call(&["replay", "--verify", "here/run.mcap"]);
     assert!(text(&verified.stdout).contains("only a part of the values is recorded"));
     for (wrong, words) in [
-        (r#"record.rules=[{ rate = 10.0 }]"#, "does not say for which properties"),
+        (r#"record.rules=[{ rate = 10.0 }]"#, "has no `select`"),
         (r#"record.rules=[{ select = "/r2/**" }]"#, "neither `rate` nor `on_change`"),
         (r#"record.rules=[{ select = "/r2/**", rate = 0.0 }]"#, "`rate` is from 0.001"),
         (r#"record.rules=["/r2/**"]"#, "`rules` takes a table"),

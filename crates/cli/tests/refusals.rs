@@ -171,7 +171,7 @@ fn errors_in_file_have_file_and_line() {
 }
 
 #[test]
-fn mistakes_in_the_world_are_named() {
+fn errors_in_the_world_are_named() {
     let world = |name: &str, setting: &str, words: &[&str]| {
         refused(name, &["run", "exp1", "--headless", "--set", setting], words);
     };

@@ -36,7 +36,7 @@ impl ActuatorReader<'_> {
         let table = self.problems.as_table(&format!("actuators.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in actuator `{name}`"), &known);
         let commands = self.commands(name, entry.key, table);
-        let modules = table.get("modules").map(|list| self.problems.texts("modules", list, "behaviour"));
+        let modules = table.get("modules").map(|list| self.problems.texts("modules", list, "behavior"));
         let limits = self.fields(table, "limits", Self::limit);
         let rate_limits = self.fields(table, "rate_limits", Self::rate_limit);
         let safe = self.problems.table(table, "safe").cloned().unwrap_or_default();

@@ -169,13 +169,13 @@ pub struct Report {
 }
 
 /// Most errors that a report shows.
-pub(super) const MAX_SHOWN_MISTAKES: usize = 200;
+pub(super) const MAX_SHOWN_ERRORS: usize = 200;
 
 impl Report {
     /// Makes a report of the first errors, and the number of omitted ones.
     pub(super) fn of(mut diagnostics: Vec<Diagnostic>, unsaid: usize) -> Self {
-        let unsaid = unsaid + diagnostics.len().saturating_sub(MAX_SHOWN_MISTAKES);
-        diagnostics.truncate(MAX_SHOWN_MISTAKES);
+        let unsaid = unsaid + diagnostics.len().saturating_sub(MAX_SHOWN_ERRORS);
+        diagnostics.truncate(MAX_SHOWN_ERRORS);
         if unsaid > 0 {
             let help = "fix these first";
             diagnostics
@@ -189,7 +189,7 @@ impl Report {
         &self.diagnostics
     }
 
-    /// Kind of the first error that has one.
+    /// Returns the code of the first error that has one.
     pub fn error_code(&self) -> Option<ErrorCode> {
         self.diagnostics.iter().find_map(Diagnostic::error_code)
     }

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Largest configuration file, bytes; a larger one must be an error.
+/// Largest configuration file, bytes; a larger one is refused.
 const LARGEST_FILE: u64 = 16 << 20;
 
 /// Texts of files by path, each read once.

@@ -474,8 +474,8 @@ fn report(sources: &Sources, mut problems: Problems) -> Report {
     problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
     problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
     // To show one takes as long as its text is long.
-    let unsaid = problems.0.len().saturating_sub(diagnostic::MAX_SHOWN_MISTAKES);
-    problems.0.truncate(diagnostic::MAX_SHOWN_MISTAKES);
+    let unsaid = problems.0.len().saturating_sub(diagnostic::MAX_SHOWN_ERRORS);
+    problems.0.truncate(diagnostic::MAX_SHOWN_ERRORS);
     let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
         Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),
         None => Diagnostic::without_place(problem.message, problem.help),

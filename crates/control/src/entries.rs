@@ -381,7 +381,7 @@ pub struct Spread {
 pub struct Refusal {
     /// Message, a line for each error.
     pub message: String,
-    /// Advice on the error.
+    /// Help on the error.
     pub help: String,
     /// Code of its kind, such as `S004`, if any.
     /// See [`ErrorCode`](slate_runtime::ErrorCode).

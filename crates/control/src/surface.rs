@@ -130,7 +130,7 @@ impl ControlSurface {
         let _ = self.run_end.set(how.to_owned());
     }
 
-    /// Returns how the run ended; none while it continues.
+    /// Returns how the run ended; none while it runs.
     pub fn run_end(&self) -> Option<&str> {
         self.run_end.get().map(String::as_str)
     }

@@ -331,7 +331,7 @@ impl Actuator {
     }
 
     /// Resumes from a snapshot, with the values of its properties.
-    /// A misfit was rejected before, by [`fits`](Actuator::fits).
+    /// A mismatch was rejected before, by [`fits`](Actuator::fits).
     ///
     /// # Errors
     /// A property that does not take its values.

@@ -468,7 +468,7 @@ proptest! {
         let (messages, error) = read(&bytes);
         prop_assert!(error.is_some() || (messages == originals() && bytes == whole_file));
         let (messages, _, error) = read_unfinished(&bytes);
-        // Without chunks, no checksum reports a part of a file whether it is right.
+        // Without chunks, no checksum covers a part of a file.
         prop_assert!(error.is_some() || which == 3 || messages == originals()[..messages.len()]);
         let mut out = Vec::new();
         if repair_into(Cursor::new(&bytes), &mut out).is_ok() {

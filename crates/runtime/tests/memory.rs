@@ -145,7 +145,7 @@ fn unusable_memory_starts_nothing_and_has_place() {
     let others = ModuleMemory { kind: "relay".into(), ..own.clone() };
     refuse(&others.to_bytes().unwrap(), &["`relay`"]);
     let strange = ModuleMemory { state: vec![0x61, b'x'], ..own };
-    refuse(&strange.to_bytes().unwrap(), &["does not take"]);
+    refuse(&strange.to_bytes().unwrap(), &["restore its content"]);
     let nowhere = refusal(&in_file(&folder.join("nowhere/counter.memory")));
     assert!(nowhere.contains("folder that exists"), "{nowhere}");
 }

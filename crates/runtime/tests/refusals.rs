@@ -186,7 +186,7 @@ fn refused(text: &str, parts: &[&str]) {
 
 /// All in one test, as the instances are counted.
 #[test]
-fn each_misfit_is_refused_with_place_and_remedy_and_no_residue() {
+fn each_mismatch_is_refused_with_place_and_remedy() {
     unknown_names();
     links_that_do_not_fit();
     one_writer_and_one_of_a_kind();

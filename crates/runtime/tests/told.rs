@@ -87,7 +87,7 @@ fn refused_snapshot_is_no_change_for_the_recording() {
     }
     agent.restore(&snapshot).unwrap();
     let changes = scribe.changes.lock().unwrap();
-    assert!(matches!(&changes[..], [Change::Other { what }] if what == "restoring a snapshot"));
+    assert!(matches!(&changes[..], [Change::Other { what }] if what == "a restore from a snapshot"));
 }
 
 #[test]

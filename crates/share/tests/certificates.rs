@@ -216,7 +216,7 @@ fn nothing_leaves_the_machine_without_certificates_and_rights() {
         assert!(
             refused(&Tls::default(), endpoint).contains("TLS needs `certificate`, `key` and `authority`")
         );
-        assert!(refused(&certified(false), endpoint).contains("say in [share.security.allow]"));
+        assert!(refused(&certified(false), endpoint).contains("list in [share.security.allow]"));
         certified(true).check(endpoint).unwrap();
     }
 }

@@ -29,7 +29,7 @@ fn unresponsive_address_blocks_no_other() {
     assert!(start.elapsed() < Duration::from_millis(900), "it waits for the one that swallows");
     wait_for("a reason", || {
         let read = arm.board.read("peers/silent/link/reason").ok().flatten();
-        read.is_some_and(|(value, _)| value.to_string().contains("nobody shook hands"))
+        read.is_some_and(|(value, _)| value.to_string().contains("no handshake"))
     });
     let start = Instant::now();
     drop(arm);
@@ -81,7 +81,7 @@ fn gap(writer: &mut slate_blackboard::channel::Writer, healthy: &Agent, time: Du
 #[test]
 fn unresponsive_agent_disturbs_no_other() {
     let folder = Folder::over_tls();
-    // As agents have it: the link is closed, and dialled again, while this looks.
+    // As agents have it: the link is closed, and dialed again, while this looks.
     let limits = Limits::default();
     let base = Agent::start(Setup { limits, ..folder.setup("base") }.listen(&folder.endpoint("base")));
     let mut writer = output(&base.board, "out/count", 1);

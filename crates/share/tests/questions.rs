@@ -206,7 +206,7 @@ fn single_query_does_not_dial_forever() {
 }
 
 #[test]
-fn a_forgotten_agent_is_dialled_no_more_and_may_come_itself() {
+fn a_forgotten_agent_is_dialed_no_more_and_may_come_itself() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
     // It is not reachable: it is removed at once, with its properties.
@@ -222,7 +222,7 @@ fn a_forgotten_agent_is_dialled_no_more_and_may_come_itself() {
     // A connection without a reader ends.
     let id = arm.peers.subscribe("base", WantedProperty::new("peers/arm/link", Options::default())).unwrap();
     wait_for("the link's state", || arm.board.get("agents/base/peers/arm/link").is_some());
-    assert!(base.peers.is_connected("arm") && !base.peers.is_dialled("arm"));
+    assert!(base.peers.is_connected("arm") && !base.peers.is_dialed("arm"));
     std::thread::sleep(Duration::from_secs(6));
     assert!(base.peers.is_connected("arm"));
     arm.peers.unsubscribe("base", id);

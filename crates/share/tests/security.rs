@@ -30,7 +30,7 @@ fn invalid_settings_are_refused_with_place() {
     assert!(message.contains("[share.security] lacks `key`"), "{message}");
     assert!(help.contains("belong together"), "{help}");
     let (message, _) = refused("[share.security]\n");
-    assert!(message.contains("says nothing"), "{message}");
+    assert!(message.contains("[share.security] is empty"), "{message}");
     let (message, _) = refused("[share.security.allow.arm]\nread = [\"a b\"]\n");
     assert!(message.contains("`a b` is no pattern of paths"), "{message}");
     let (message, _) = refused("[share.security.allow.arm]\nwrite = [\"a\"]\n");
@@ -119,7 +119,7 @@ fn a_setup_that_leaves_the_machine_unprotected_is_refused() {
         issuer.certificate.display()
     );
     let (message, help) = refused(&format!("[share.security]\n{files}"));
-    assert!(message.contains("but not what others may do"), "{message}");
+    assert!(message.contains("but no rights of others"), "{message}");
     assert!(help.contains("[share.security.allow.NAME]"), "{help}");
     start(&format!("[share.security]\n{files}[share.security.allow.arm]\n")).unwrap();
 }

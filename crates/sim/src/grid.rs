@@ -14,6 +14,7 @@ const LINEAR_SEARCH_LIMIT: usize = 12;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Grid {
     minimum: Point,
+    #[serde(rename = "cells_per_metre")]
     cells_per_meter: f64,
     columns: u32,
     rows: u32,

@@ -62,7 +62,7 @@ impl Wanderer {
         if !walk.blind && (ahead.0 == 0 || ahead.1 == 0) {
             return Err(format!(
                 "its script needs sonars ahead on both sides within {MAX_BEARING_AHEAD} degrees; choose a \
-                 profile that has them, or write script = {{ blind = true }}"
+                 sonar profile that has them, or write script = {{ blind = true }}"
             ));
         }
         Ok(Self { walk, random, ahead, left: 0.0, turn: 0.0 })

@@ -67,7 +67,7 @@ impl Dive {
         self
     }
 
-    /// Altitudes of the search that were set while it continued, each with the time, seconds.
+    /// Altitudes of the search that were set while it ran, each with the time, seconds.
     fn altitudes(&mut self, until: f64) -> Vec<(f64, f64)> {
         let mut altitudes: Vec<(f64, f64)> = Vec::new();
         while (self.agent.now() as f64) < until * 1e9 && self.text("auv/mission/mission/task") != "INSPECT" {

@@ -30,7 +30,7 @@ pub struct StampedValue {
     pub stamp: Stamp,
 }
 
-/// Error of a frozen value that does not fit the channel.
+/// Error of a saved value that does not fit the channel.
 /// The channel has no room for it, it has another size than its interface, or it is not the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
@@ -117,7 +117,7 @@ impl Channel {
         Ok(ChannelSnapshot { generation: self.generation(), values })
     }
 
-    /// Restores frozen values into a channel without a writer.
+    /// Restores saved values into a channel without a writer.
     /// Readers must [resume](super::Latest::resume) too.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl Channel {
 }
 
 impl Writer {
-    /// Restores frozen values, as the writer that wrote them: with its generation.
+    /// Restores saved values, as the writer that wrote them: with its generation.
     /// The values keep their stamps. A reader that does not [resume](super::Latest::resume) at one of these values sees
     /// nothing new until as many more were written as it has seen.
     ///

@@ -26,7 +26,7 @@ const LINK: &str = "write \"planner/target\" = { from = \"dds:Target\", type = \
 /// let settings = DdsSettings::of(&read(text)?)?.ok_or("no table")?;
 /// assert_eq!((settings.domain, settings.topics.read[0].topic.as_str()), (7, "Target"));
 /// let wrong = read("[dds]\nwrite.\"Pose\" = { from = \"r2/pose\", idl = \"pose.idl\" }")?;
-/// assert!(DdsSettings::of(&wrong).is_err_and(|report| report.to_string().contains("does not say which")));
+/// assert!(DdsSettings::of(&wrong).is_err_and(|report| report.to_string().contains("needs a `type`")));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

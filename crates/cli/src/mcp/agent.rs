@@ -128,7 +128,7 @@ impl AgentAccess {
             None => self.connect()?,
         };
         let done: Result<Value, ClientError> = client.call(operation.method, &path, body.as_ref());
-        // A lost agent is searched again, as it may have been restarted.
+        // A lost agent is searched for again, as it may have been restarted.
         let mut idle = self.idle();
         let is_kept = idle.len() < MAX_IDLE_CONNECTIONS && !self.is_over.load(Ordering::Acquire);
         if is_kept && matches!(done, Ok(_) | Err(ClientError::Refused(_))) {

@@ -79,6 +79,6 @@ impl ServerHandler for ModelServer {
 }
 
 fn tool(described: tools::ToolEntry) -> Tool {
-    let hints = ToolAnnotations::new().read_only(described.looks);
+    let hints = ToolAnnotations::new().read_only(described.reads_only);
     Tool::new(described.name, described.doc, described.schema).with_annotations(hints)
 }

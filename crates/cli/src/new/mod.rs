@@ -258,7 +258,9 @@ pub fn print_next_steps(name: &str, template: Template) {
     let kind = name.replace('-', "_");
     let (build, folder) = match template.native() {
         None => ("cargo test\n  cargo build", "target/debug"),
-        Some(_) => ("cmake -B build && cmake --build build\n  ctest --test-dir build", "build"),
+        Some(_) => {
+            ("cmake -B build && cmake --build build\n  ctest --test-dir build --output-on-failure", "build")
+        }
     };
     let text = format!(
         "NAME/ {what}. What to do next:

@@ -4,9 +4,9 @@
 mod agents;
 #[path = "../common/mod.rs"]
 mod common;
+mod errors;
 mod graph;
 mod links;
-mod mistakes;
 mod variants;
 mod warnings;
 

@@ -22,7 +22,7 @@ pub struct PlannedGate {
 }
 
 /// Returns the gate of an actuator, by its index.
-/// Mistakes are added to `collector`.
+/// Errors are added to `collector`.
 /// `None` after a refusal, and while no commander of the actuator is loaded.
 pub fn planned_gate(
     plan: BuildPlan<'_, '_>,
@@ -41,7 +41,7 @@ struct GatePlanner<'a, 's, 'c, 'd> {
 impl GatePlanner<'_, '_, '_, '_> {
     fn gate_of(&mut self, index: usize, wanted: &Actuator) -> Result<Option<PlannedGate>, PlanRefusal> {
         let commanded = self.commanded_interface(index, wanted)?;
-        self.check_guests(wanted)?;
+        self.check_commanding_modules(wanted)?;
         let Some(descriptor) = commanded.or_else(|| self.linked_interface(index)) else {
             return self.without_commander(wanted).map(|()| None);
         };
@@ -160,7 +160,7 @@ impl GatePlanner<'_, '_, '_, '_> {
     }
 
     /// Checks that modules which choose an actuator at run time have the aspect.
-    fn check_guests(&mut self, wanted: &Actuator) -> Result<(), PlanRefusal> {
+    fn check_commanding_modules(&mut self, wanted: &Actuator) -> Result<(), PlanRefusal> {
         for module in &wanted.modules {
             if self.plan.is_dormant(&module.value) {
                 continue;

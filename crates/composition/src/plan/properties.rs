@@ -46,7 +46,7 @@ impl PropertyFacts for PlannedProperty {
     }
 }
 
-/// Returns the advice for two properties of one path.
+/// Returns the help for two properties of one path.
 pub const SAME_PATH: &str = "rename one of the two";
 
 /// Returns the properties that an agent has at its start.
@@ -351,7 +351,7 @@ pub fn gate_stores(plan: BuildPlan<'_, '_>, actuator: usize) -> (Store, Store) {
     (Store { capacity: 0, depth: 1, budget }, Store { capacity: 0, depth: 1, budget: state })
 }
 
-/// Returns error and advice for a property whose readers expect another interface.
+/// Returns error and help for a property whose readers expect another interface.
 pub fn interface_conflict(path: &str, own: &Descriptor, standing: &Descriptor) -> (String, &'static str) {
     let message = format!(
         "`/{path}` is {} {:016x}, but its readers were linked to {} {:016x}",
@@ -360,14 +360,14 @@ pub fn interface_conflict(path: &str, own: &Descriptor, standing: &Descriptor) -
     (message, "build both with the same version of the interface")
 }
 
-/// Returns error and advice for a property that is out of reader handles.
+/// Returns error and help for a property that is out of reader handles.
 pub fn reader_refusal(path: &str, error: &dyn std::fmt::Display) -> (String, &'static str) {
     let help = "write the link into the file and start the agent again: a property is made for the readers that links \
                 name then, and some more";
     (format!("`/{path}` can't take one more reader: {error}"), help)
 }
 
-/// Returns error and advice for a property that keeps too few values for a queue.
+/// Returns error and help for a property that keeps too few values for a queue.
 pub fn shallow_source(path: &str, depth: usize, port: &str, window: usize) -> (Message, &'static str) {
     let needed = window * 2;
     let message = ErrorCode::Ends.of(format!(

@@ -314,8 +314,9 @@ fn check_gates<'a>(
         }
         let ports = actuator.commands.iter().map(|command| (command.value.path_in(""), command.span));
         // Modules that choose an actuator by its name.
-        let guests = actuator.modules.iter().map(|module| (format!("{}/", module.value), module.span));
-        for (path, span) in ports.chain(guests) {
+        let commanding_modules =
+            actuator.modules.iter().map(|module| (format!("{}/", module.value), module.span));
+        for (path, span) in ports.chain(commanding_modules) {
             let Some((module, _)) = split_module(&survey.modules, &path) else { continue };
             let commander = &survey.modules[module];
             let is_own = scope(&commander.module.name.value) == robot;

@@ -137,7 +137,7 @@ pub struct Facts {
     heard: Inbox<Near>,
     #[role("rule")]
     rule: Output<Near>,
-    help: Output<Twist2>,
+    advice: Output<Twist2>,
     goal: Output<Near>,
 }
 

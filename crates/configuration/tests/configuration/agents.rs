@@ -183,7 +183,7 @@ fn a_setting_of_the_command_line_is_for_one_or_for_all() {
 }
 
 #[test]
-fn mistakes_show_their_line_also_those_of_other_agents() {
+fn errors_show_their_line_also_of_other_agents() {
     assert_eq!(
         wrong("[agents.a.modules.x]\nparms = 1\n[agents.b.loop]\nperiods = 1\n[lop]\n", &[]),
         "team.toml:2:1: unknown key `parms` in module `x` (did you mean `params`?)\n\

@@ -1,4 +1,4 @@
-//! Schemathesis, which is not ours, requests whatever the document allows, and for what it does not.
+//! Schemathesis, a foreign tool, requests what the document allows and what it does not.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! What others reach is encrypted, and requests secrets of the owner's choice.
+//! What others reach is encrypted, and requires secrets of the owner's choice.
 
 use std::io::{BufReader, Write};
 use std::net::TcpStream;

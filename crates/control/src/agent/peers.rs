@@ -33,7 +33,7 @@ pub struct RejectedEntry {
 pub struct PeerEntry {
     /// Name.
     pub agent: String,
-    /// Address at which this agent dials it, or has dialled it.
+    /// Address at which this agent dials it, or has dialed it.
     /// `None` if the other one did.
     pub endpoint: Option<String>,
     /// Duration of the connection, ns; `None` when not connected.

@@ -109,7 +109,7 @@ impl Client {
         self.call("DELETE", "/trace", None)
     }
 
-    /// Returns how the agent's run ended; none while it continues.
+    /// Returns how the agent's run ended; none while it runs.
     pub fn run_end(&mut self) -> Done<Option<String>> {
         #[derive(Deserialize)]
         struct AgentState {

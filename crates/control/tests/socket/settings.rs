@@ -62,7 +62,7 @@ fn a_tick_sees_all_of_a_change_or_nothing() {
 
 #[test]
 fn an_invalid_setting_is_refused_whole_without_a_false_place() {
-    let (agent, _server, mut client) = open("misfit");
+    let (agent, _server, mut client) = open("mismatch");
     let before = sequence(&agent, "teller/params");
     let mut refuse = |path: &str, value: &str, words: &[&str]| {
         let good = change("modules.teller.params.second", "5");

@@ -80,8 +80,10 @@ const SECTION: &str = ".slate";
 
 /// Returns the remedy for a missing library.
 fn build_help(file: &Path) -> String {
-    let built = file.components().any(|part| part.as_os_str() == "target");
+    let is_in = |folder: &str| file.components().any(|part| part.as_os_str() == folder);
+    let built = is_in("target");
     match std::env::var_os("CARGO_TARGET_DIR").filter(|folder| built && !folder.is_empty()) {
+        _ if is_in("build") => "build it with `cmake --build build`".into(),
         _ if !built => "give the path of a plugin's library".into(),
         Some(folder) => format!(
             "build it with `cargo build`; CARGO_TARGET_DIR is {}, so the library is there and not in `target`: name that \

@@ -53,7 +53,7 @@ pub struct RunnerCell {
     /// True if it has a turn in every cycle.
     in_every_cycle: bool,
     /// True if its own thread waits for its turn in the loop.
-    is_turn_signalled: bool,
+    is_turn_signaled: bool,
     /// Steps begun.
     ticks: AtomicU64,
     /// Monotonic time of the last call's begin, ns; 0 if it was not timed.
@@ -65,8 +65,8 @@ pub struct RunnerCell {
     returned: AtomicU64,
     /// Return code of the late step.
     late_code: AtomicI32,
-    /// Number of turns that the loop has signalled.
-    signalled_turns: AtomicU64,
+    /// Number of turns that the loop has signaled.
+    signaled_turns: AtomicU64,
     /// Runner, valid until the cell is dropped.
     runner: UnsafeCell<ManuallyDrop<Runner>>,
     /// True if it reads values of the last cycle at the beginning of a cycle.
@@ -112,16 +112,16 @@ impl RunnerCell {
             isolation: runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation)),
             is_exclusive: runner.services.are_needed(),
             in_every_cycle: runner.schedule.is_in_every_cycle(),
-            is_turn_signalled: runner
+            is_turn_signaled: runner
                 .supervised
                 .as_ref()
-                .is_some_and(|supervised| supervised.is_turn_signalled),
+                .is_some_and(|supervised| supervised.is_turn_signaled),
             ticks: AtomicU64::new(0),
             started: AtomicU64::new(0),
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
             late_code: AtomicI32::new(0),
-            signalled_turns: AtomicU64::new(0),
+            signaled_turns: AtomicU64::new(0),
             reads_previous: AtomicBool::new(runner.inputs.have_previous() || runner.entries.have_previous()),
             name: Arc::clone(&runner.name),
             health: Arc::clone(runner.status.health()),
@@ -159,7 +159,7 @@ impl RunnerCell {
     /// The caller has the loop's token between two cycles, and the loop has the module from then on, or not.
     pub unsafe fn set_in_turn(&self, in_turn: bool) {
         // A late module left the turns when its step was given up.
-        if !self.is_turn_signalled && !self.is_isolated && self.is_idle() {
+        if !self.is_turn_signaled && !self.is_isolated && self.is_idle() {
             // SAFETY: the cell is idle, and only the holder of the token makes its steps.
             unsafe { self.runner().set_in_turn(in_turn) };
         }
@@ -252,24 +252,24 @@ impl RunnerCell {
     }
 
     /// Returns true if the loop signals the turns of the module's own thread.
-    pub fn is_turn_signalled(&self) -> bool {
-        self.is_turn_signalled
+    pub fn is_turn_signaled(&self) -> bool {
+        self.is_turn_signaled
     }
 
     /// Signals the turn of a module that waits for it; false for all others.
     #[inline]
     pub fn signal_turn(&self) -> bool {
-        if !self.is_turn_signalled {
+        if !self.is_turn_signaled {
             return false;
         }
-        self.signalled_turns.store(self.signalled_turns.load(Ordering::Relaxed) + 1, Ordering::Release);
+        self.signaled_turns.store(self.signaled_turns.load(Ordering::Relaxed) + 1, Ordering::Release);
         self.wake.notify(1);
         true
     }
 
-    /// Returns the number of turns signalled; `None` if the loop does not signal them.
-    pub fn signalled_turns(&self) -> Option<u64> {
-        self.is_turn_signalled.then(|| self.signalled_turns.load(Ordering::Acquire))
+    /// Returns the number of turns signaled; `None` if the loop does not signal them.
+    pub fn signaled_turns(&self) -> Option<u64> {
+        self.is_turn_signaled.then(|| self.signaled_turns.load(Ordering::Acquire))
     }
 
     /// Lets the module's own thread end.

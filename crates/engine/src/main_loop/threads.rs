@@ -71,7 +71,7 @@ fn join(cell: &RunnerCell, thread: JoinHandle<()>) {
 /// Runs a module's own thread in that run.
 fn run_module(shared: &SharedLoop, run: u64, cell: &RunnerCell) {
     let wake = &cell.wake;
-    let mut signalled_turns = cell.signalled_turns().unwrap_or(0);
+    let mut signaled_turns = cell.signaled_turns().unwrap_or(0);
     while shared.run.is_in(run) && !cell.is_retired() {
         if !cell.claim() {
             // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
@@ -84,7 +84,7 @@ fn run_module(shared: &SharedLoop, run: u64, cell: &RunnerCell) {
         let (call, sleep_limit) = unsafe {
             let runner = cell.runner();
             let now = shared.clock.now();
-            if has_turn(cell, &mut signalled_turns) && runner.is_due(now) {
+            if has_turn(cell, &mut signaled_turns) && runner.is_due(now) {
                 if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
                     expire(shared);
                 }
@@ -113,9 +113,9 @@ fn expire(shared: &SharedLoop) {
 
 /// Returns true if a module may check its trigger in this turn.
 /// Turns of the loop that it was too late for are left out, and counted.
-fn has_turn(cell: &RunnerCell, signalled_turns: &mut u64) -> bool {
-    let Some(now) = cell.signalled_turns() else { return true };
-    let turns = now - std::mem::replace(signalled_turns, now);
+fn has_turn(cell: &RunnerCell, signaled_turns: &mut u64) -> bool {
+    let Some(now) = cell.signaled_turns() else { return true };
+    let turns = now - std::mem::replace(signaled_turns, now);
     if turns > 1 {
         let misses = &cell.health.misses;
         misses.store(misses.load(Ordering::Relaxed) + turns - 1, Ordering::Relaxed);

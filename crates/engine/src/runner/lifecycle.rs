@@ -2,7 +2,7 @@
 
 use slate_module::{Level, ModuleKind, Refusal};
 
-use super::status::PANIC_LIMIT;
+use super::status::{PANIC_LIMIT, PANIC_ROW_LENGTH};
 use super::wiring::InputWiring;
 use super::{ModuleCondition, ReplacedHandles, Retired, Runner, Shadow, Wiring};
 use crate::isolation::Proxy;
@@ -130,7 +130,9 @@ impl Runner {
             return self.report_exit(now);
         }
         let instance = if self.status.panics_too_often() {
-            Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off until its plugin is reloaded"))
+            Err(format!(
+                "panicked {PANIC_LIMIT} times with at most {PANIC_ROW_LENGTH} ticks in between; it stays off until its plugin is reloaded"
+            ))
         } else {
             self.create().map_err(|refusal| refusal.to_string())
         };

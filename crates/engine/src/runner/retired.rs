@@ -1,4 +1,4 @@
-//! End of instances: code that does not return from it delays no other subscriber.
+//! End of instances: code that does not return from it delays no other module.
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;

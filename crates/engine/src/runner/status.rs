@@ -11,7 +11,7 @@ use super::{Health, RunnerSnapshot};
 /// A further start would not help.
 pub(super) const PANIC_LIMIT: u32 = 5;
 /// Number of ticks after which a panic begins a new row.
-const PANIC_ROW_LENGTH: u64 = 100;
+pub(super) const PANIC_ROW_LENGTH: u64 = 100;
 
 /// Condition of a module, with its publication.
 #[repr(C)]

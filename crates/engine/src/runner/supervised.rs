@@ -13,7 +13,7 @@ pub struct Supervised {
     /// True if its actuators stay armed when it fails.
     pub rearm: bool,
     /// True if the main loop signals its turns, without waiting for it.
-    pub is_turn_signalled: bool,
+    pub is_turn_signaled: bool,
     /// Writes `/module/process`.
     pub process: Writer,
     /// Number of restarts.

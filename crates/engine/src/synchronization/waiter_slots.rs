@@ -4,7 +4,7 @@ use slate_blackboard::wake::Wake;
 
 use super::sync::{AtomicBool, Ordering};
 
-/// Cells for sleeping threads, one each.
+/// Slots for sleeping threads, one each.
 /// Their number is the maximum of simultaneous sleepers so far; none is removed, so a wake-up needs no lock.
 #[derive(Debug, Default)]
 pub(super) struct WaiterSlots {
@@ -18,7 +18,7 @@ struct WaiterSlot {
     next: OnceLock<Box<WaiterSlot>>,
 }
 
-/// Cell taken by this thread, until it is dropped.
+/// Slot taken by this thread, until it is dropped.
 pub(super) struct AcquiredSlot<'a>(&'a WaiterSlot);
 
 impl WaiterSlots {

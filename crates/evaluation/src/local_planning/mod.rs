@@ -116,13 +116,13 @@ fn summary(runs: &[BarnRun], kind: LocalPlannerKind) -> Evaluation {
     figures.extend([
         Figure::new("worlds", runs.len() as f64),
         Figure::new("collision", count(RunEnd::Collision) / all),
-        Figure::new("timeout", count(RunEnd::Timeout) / all),
+        Figure::new("time-out", count(RunEnd::Timeout) / all),
     ]);
     if sum > 0.0 {
         figures.push(Figure::new("mean time to the goal, s", sum / count(RunEnd::Success)));
     }
     let failed = runs.iter().filter(|run| run.end != RunEnd::Success).map(|run| {
-        let end = if run.end == RunEnd::Collision { "collision" } else { "timeout" };
+        let end = if run.end == RunEnd::Collision { "collision" } else { "time-out" };
         format!("world {}: {end} after {:.1} s", run.world, run.time)
     });
     let notes = failed.collect();

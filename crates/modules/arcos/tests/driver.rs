@@ -330,7 +330,7 @@ fn a_replugged_cable_reconnects_without_motion() {
     running.until("motion", || controller.wheels().0 > 0.05);
     controller.unplug();
     running.until("a loss", || !running.is_up());
-    running.until_logged("is gone");
+    running.until_logged("was disconnected");
     running.until_logged("does not exist");
     running.cease();
     // The robot's own watchdog.

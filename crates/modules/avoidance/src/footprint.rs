@@ -113,7 +113,7 @@ impl Footprint {
     }
 
     /// Returns the x of the outline's center, meters.
-    pub fn centre(&self) -> f64 {
+    pub fn center(&self) -> f64 {
         self.centre
     }
 

@@ -290,7 +290,7 @@ impl ReflexInput {
     /// Returns the least distances of robots in the driving strip and overall.
     /// The strip is that of the present motion, forward or backward; the second distance is from the outline.
     fn robot_distances(&self, footprint: &Footprint, half_width: f64) -> (f64, f64) {
-        let back = 2.0 * footprint.centre() - footprint.front();
+        let back = 2.0 * footprint.center() - footprint.front();
         let (direction, end) = if self.twist.linear < 0.0 { (-1.0, -back) } else { (1.0, footprint.front()) };
         self.robots[..self.seen].iter().fold((f64::INFINITY, f64::INFINITY), |(ahead, near), robot| {
             let Disc { x, y, radius } = *robot;

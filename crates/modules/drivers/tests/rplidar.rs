@@ -166,6 +166,6 @@ proptest! {
         while let Some((_, used)) = RplidarRequest::parse(&outgoing) {
             outgoing.drain(..used);
         }
-        prop_assert!(outgoing.is_empty(), "it shows what is no request");
+        prop_assert!(outgoing.is_empty(), "it sends bytes that are no request");
     }
 }

@@ -12,7 +12,7 @@ const DISPLACEMENT: f64 = 0.05;
 /// Greatest ratio of the displacement across a sonar's axis to that along it.
 ///
 /// A sonar that looks farther aside, at 31 degrees, may hear a wall along the way, whose range stays the same.
-const MAX_BEARING: f64 = 0.6;
+const MAX_LATERAL_RATIO: f64 = 0.6;
 
 /// Detects sonars that repeat an echo, to the last bit, while the odometry moves.
 ///
@@ -80,7 +80,7 @@ impl HeldEcho {
         let (sine, cosine) = (math::sin(theta + direction), math::cos(theta + direction));
         let along = (east * cosine + north * sine).abs();
         let aside = (north * cosine - east * sine).abs();
-        (along > DISPLACEMENT && aside < MAX_BEARING * along)
+        (along > DISPLACEMENT && aside < MAX_LATERAL_RATIO * along)
             || has_turned(math::hypot(along, aside), math::angle_between(theta, pose.theta).abs())
     }
 }

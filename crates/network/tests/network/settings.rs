@@ -136,7 +136,7 @@ fn each_error_in_certificates_and_rights_is_reported() {
         (format!("{quic}\n[network.security]\nkey = \"a\"\n{arm}"), "[network.security] lacks `certificate`"),
         (secure("[network.security.allow.arm]").replace("\"keys/arm.key\"", "1"), "`key` takes text"),
         (secure(arm).replace("keys/arm.key", "keys;1/arm.key"), "contains `;`"),
-        (secure(""), "says who this agent is, but not what others may do"),
+        (secure(""), "has this agent's identity, but no rights of others"),
         (secure("allow = []"), "`allow` is a table, found a list"),
         (secure("[network.security.allow.\"robot.local\"]"), "`robot.local` can't be an agent's name"),
         (secure("[network.security.allow]\narm = 1"), "`network.security.allow.arm` is a table"),

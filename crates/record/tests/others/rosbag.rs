@@ -167,7 +167,7 @@ fn a_recording_cut_between_records_is_not_taken_for_whole() {
     unfinished[index].fill(0);
     let path = write(&own, "active.bag", &unfinished);
     let error = import(&path, &own.join("x.mcap"), &STRICT).unwrap_err().to_string();
-    assert!(error.contains("it was not ended"), "{error}");
+    assert!(error.contains("it was not closed"), "{error}");
     let (imported, found) = files::import(&path, &LENIENT);
     assert_eq!((imported.wrong, found.len()), (1, messages(&folder.join("none.bag")).len()));
 }

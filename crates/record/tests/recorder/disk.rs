@@ -258,7 +258,7 @@ fn recording_with_removed_file_fails() {
     assert!(agent.step());
     std::fs::remove_file(&path).unwrap();
     let error = recorder.end(&mut agent).unwrap_err().to_string();
-    assert!(error.contains("removed.mcap") && error.contains("it was removed or moved"), "{error}");
+    assert!(error.contains("removed.mcap") && error.contains("its file was removed or moved"), "{error}");
 }
 
 #[test]

@@ -136,7 +136,7 @@ impl Agent {
 
     /// Returns a digest of all values written in lockstep; `None` on the wall clock.
     pub fn digest(&mut self) -> Option<u64> {
-        // SAFETY: `&mut self` says that no run is continuing in another thread, and jobs don't use the digest.
+        // SAFETY: `&mut self` says that no run is in progress in another thread, and jobs don't use the digest.
         unsafe { self.handle.shared.core() }.digest.as_ref().map(slate_engine::digest::Digest::value)
     }
 

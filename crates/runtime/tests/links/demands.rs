@@ -109,7 +109,7 @@ fn a_link_that_is_made_later_says_it_too() {
     refused(new().with("compression", "\"jpeg:0\""), "unknown compression `jpeg:0`");
     refused(new().with("compression", "\"jpeg\""), "unknown compression `jpeg`");
     refused(new().with("interval", "\"soon\""), "soon");
-    refused(new().with("rate", "\"1s\"").with("interval", "\"5ms\""), "`rate` says a period");
+    refused(new().with("rate", "\"1s\"").with("interval", "\"5ms\""), "`rate` gives a period");
     refused(new().with("carrier", "\"udp\""), "no carrier `udp`");
     let inside = NewLink::new("relay/input", "a/number").with("interval", "\"5ms\"");
     refused(inside, "`interval` has no meaning here");

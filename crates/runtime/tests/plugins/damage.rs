@@ -375,7 +375,7 @@ fn changed_library_is_reported_and_damaged_one_refused() {
     for _ in 0..2 {
         assert_says(
             &complaint(&start().0.unwrap_err()),
-            &["is damaged", "nobody has written to it", "copy it again"],
+            &["is damaged", "without a write to the file", "copy it again"],
         );
     }
     fs::write(&file, bytes()).unwrap();

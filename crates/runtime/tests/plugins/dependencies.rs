@@ -30,7 +30,7 @@ fn a_plugin_that_needs_one_that_is_nowhere_is_refused() {
     let refusal = agent.composer().load_library(&dependent).unwrap_err();
     assert_says(
         &complaint(&refusal),
-        &["`dependent` needs plugin `counter`", "not there", "[plugins.counter]"],
+        &["`dependent` needs plugin `counter`", "does not exist", "[plugins.counter]"],
     );
     assert!(names(&agent).is_empty());
     let refusal = try_lockstep(&library("dependent", &dependent)).unwrap_err();

@@ -57,7 +57,10 @@ fn new_code_that_panics_is_counted_and_does_not_take_over() {
     let (ticks, _, panics) = agent.counts("counter").unwrap();
     assert_eq!((ticks, panics, number(&agent, "reader/seen/value")), (32, 0, 32));
     let refusal = agent.composer().promote("counter").unwrap_err();
-    assert_says(&complaint(&refusal), &["module `counter` has panicked", "the old code goes on", "--end"]);
+    assert_says(
+        &complaint(&refusal),
+        &["module `counter` has panicked", "the old code keeps running", "--end"],
+    );
     step_together(&mut agent, "counter", 1);
     agent.composer().end_shadow("counter").unwrap();
     step(&mut agent, 1);

@@ -63,7 +63,7 @@ fn a_snapshot_does_not_take_the_place_of_the_log() {
 fn unreadable_trigger_property_is_refused() {
     for (line, words) in [
         ("at = \"1s\"", "no file"),
-        ("file = \"x\"", "does not say when"),
+        ("file = \"x\"", "has no trigger"),
         ("at = \"1s\"\nfile = \"no-folder/x\"", "there is no folder"),
         ("file = \"x\"\nwhen = \"/counter/number/value\"", "none of <"),
         ("file = \"x\"\nwhen = \"/counter/number/valu > 1\"", "no field `valu`"),

@@ -32,8 +32,8 @@ pub(super) struct Bridge {
     site: Site,
     readings: BTreeMap<RemotePath, RemoteReading>,
     outboxes: BTreeMap<RemotePath, Outbox>,
-    /// Endpoint that each agent is dialled at, or the reason against it.
-    dialled: BTreeMap<String, Result<String, String>>,
+    /// Endpoint that each agent is dialed at, or the reason against it.
+    dialed: BTreeMap<String, Result<String, String>>,
     /// Check for conditions that will prevent links, and the time of its last run, ns.
     warning: Option<Warning>,
     warned: u64,
@@ -48,7 +48,7 @@ impl Bridge {
             site,
             readings: BTreeMap::new(),
             outboxes: BTreeMap::new(),
-            dialled: BTreeMap::new(),
+            dialed: BTreeMap::new(),
             warning,
             warned: 0,
             suggestions: BTreeMap::new(),
@@ -128,7 +128,7 @@ impl Bridge {
         let is_wanted = |agent: &String| demands.keys().any(|path| path.agent == *agent);
         // Agents of the team also exchange its knowledge.
         let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
-        for (agent, _) in self.dialled.extract_if(.., |agent, _| !is_wanted(agent)) {
+        for (agent, _) in self.dialed.extract_if(.., |agent, _| !is_wanted(agent)) {
             self.suggestions.remove(&agent);
             if !is_mate(&agent) {
                 self.subscriptions.peers.forget(&agent);
@@ -137,18 +137,18 @@ impl Bridge {
     }
 
     fn dial(&mut self, agent: &str) {
-        if !self.dialled.contains_key(agent) {
+        if !self.dialed.contains_key(agent) {
             let usual = || format!("local:{agent}");
             let endpoint = self.site.agents.get(agent).cloned().unwrap_or_else(usual);
-            let dialled =
+            let dialed =
                 self.subscriptions.peers.connect(agent, &endpoint).map_err(|error| error.to_string());
-            self.dialled.insert(agent.into(), dialled.map(|()| endpoint));
+            self.dialed.insert(agent.into(), dialed.map(|()| endpoint));
         }
     }
 
     /// Updates the status of all links and reports changes to the agent.
     fn update_status(&mut self, now: u64) {
-        let agents: BTreeSet<String> = self.dialled.keys().cloned().collect();
+        let agents: BTreeSet<String> = self.dialed.keys().cloned().collect();
         let absences: BTreeMap<String, String> = agents
             .into_iter()
             .filter_map(|agent| Some((agent.clone(), self.absence(&agent, now)?)))
@@ -180,7 +180,7 @@ impl Bridge {
             self.suggestions.remove(agent);
             return None;
         }
-        let at = match self.dialled.get(agent) {
+        let at = match self.dialed.get(agent) {
             Some(Ok(endpoint)) => format!("agent `{agent}` is not reachable at {endpoint}"),
             Some(Err(error)) => return Some(error.clone()),
             None => format!("agent `{agent}` is not reachable"),

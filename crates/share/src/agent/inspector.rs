@@ -10,7 +10,7 @@ use slate_runtime::sharing::{Inspection, RemoteProperty};
 
 use crate::peers::Peers;
 
-/// Polling period for the arrival of an agent that was not dialled before.
+/// Polling period for the arrival of an agent that was not dialed before.
 const CONNECT_POLL_PERIOD: Duration = Duration::from_millis(5);
 
 /// Inspector of other agents: link targets, configured agents and incoming ones.
@@ -29,7 +29,7 @@ impl Inspector {
     /// Dials an agent that only the configuration names, or that runs on this machine.
     /// The error says that no agent of that name is known.
     fn dial(&self, peers: &Peers, agent: &str) -> Result<(), String> {
-        if peers.is_dialled(agent) {
+        if peers.is_dialed(agent) {
             return Ok(());
         }
         let usual = || agents().iter().any(|here| here == agent).then(|| format!("local:{agent}"));

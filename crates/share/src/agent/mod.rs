@@ -167,7 +167,7 @@ impl Sharing for AgentSharing {
 }
 
 impl AgentSharing {
-    /// Checks that the endpoints of a configuration can be listened at and dialled.
+    /// Checks that the endpoints of a configuration can be listened at and dialed.
     /// It covers errors that are known beforehand: it opens nothing and reads no certificate.
     ///
     /// # Errors
@@ -270,7 +270,7 @@ fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
     })
 }
 
-/// Checks that the other agents can be dialled, without a connection.
+/// Checks that the other agents can be dialed, without a connection.
 fn check_agents(peers: &Peers, site: &Site) -> Result<(), SharingError> {
     for (agent, endpoint) in &site.agents {
         peers.check(endpoint).map_err(|error| SharingError {

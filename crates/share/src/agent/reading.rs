@@ -84,7 +84,7 @@ impl RemoteReading {
                 Ok(()) => self.is_open = true,
                 Err(error) => {
                     self.retry_at = now + RETRY_DELAY;
-                    // Why it is not even dialled says more.
+                    // Why it is not even dialed says more.
                     let reason = absence.unwrap_or_else(|| error.to_string());
                     return self.report(host, DemandState::Absent { reason });
                 }

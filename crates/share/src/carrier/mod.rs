@@ -28,7 +28,7 @@ pub trait Carrier: fmt::Debug + Send + Sync {
     /// If the endpoint is malformed, in use, or unavailable.
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError>;
 
-    /// Checks that an endpoint can be dialled, without a connection.
+    /// Checks that an endpoint can be dialed, without a connection.
     ///
     /// # Errors
     /// If the endpoint is malformed, or always refused.

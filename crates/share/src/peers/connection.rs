@@ -30,7 +30,7 @@ const GREETING_TIMEOUT: u64 = 2_000_000_000;
 /// Time in which a link that can't send may still deliver received data.
 const DRAIN_TIMEOUT: Duration = Duration::from_millis(20);
 
-/// Lifetime of an unused link that this agent has dialled, ns.
+/// Lifetime of an unused link that this agent has dialed, ns.
 const IDLE_TIMEOUT: u64 = 5_000_000_000;
 
 /// Update period of the states on the board, ns.
@@ -63,8 +63,8 @@ pub(super) struct PeerConnection {
 #[derive(Debug, Default)]
 struct CurrentLink {
     link: Option<Arc<dyn Link>>,
-    /// Endpoint at which this agent dialled; `None` if the other agent did.
-    dialled: Option<String>,
+    /// Endpoint at which this agent dialed; `None` if the other agent did.
+    dialed: Option<String>,
     since: u64,
 }
 
@@ -103,7 +103,7 @@ impl PeerConnection {
         self.wake.notify(1);
     }
 
-    /// Sets the endpoint that is dialled whenever the agent is absent; none for `None`.
+    /// Sets the endpoint that is dialed whenever the agent is absent; none for `None`.
     pub fn dial_at(&self, endpoint: Option<&str>) {
         lock(&self.dialling).always = endpoint.map(Into::into);
         self.changed.notify_all();
@@ -115,8 +115,8 @@ impl PeerConnection {
         self.changed.notify_all();
     }
 
-    /// Returns whether the other agent is dialled whenever it is absent.
-    pub fn is_dialled(&self) -> bool {
+    /// Returns whether the other agent is dialed whenever it is absent.
+    pub fn is_dialed(&self) -> bool {
         lock(&self.dialling).always.is_some()
     }
 
@@ -139,7 +139,7 @@ impl PeerConnection {
         lock(&self.link).link.clone()
     }
 
-    /// Takes a link that the other agent has dialled, with the received greeting.
+    /// Takes a link that the other agent has dialed, with the received greeting.
     /// The error is the reason of a refusal.
     pub fn adopt(
         &self,
@@ -161,7 +161,7 @@ impl PeerConnection {
                 return Err(Some(crate::session::duplicate(&context.identity.agent, &self.agent)));
             }
             // When both dial at once, both keep the link of the one whose name comes first.
-            if current.dialled.is_some() && context.identity.agent < self.agent {
+            if current.dialed.is_some() && context.identity.agent < self.agent {
                 return Err(None);
             }
             old.close();
@@ -169,7 +169,7 @@ impl PeerConnection {
         }
         peer.set_clock_offset(context.clock_offset());
         peer.receive(now, packet, link.memory());
-        *current = CurrentLink { link: Some(link), dialled: None, since: now };
+        *current = CurrentLink { link: Some(link), dialed: None, since: now };
         drop((peer, current));
         self.changed.notify_all();
         self.wake.notify(1);
@@ -230,7 +230,7 @@ impl PeerConnection {
             }
             // The link is locked before the agent.
             let shows = context.now() >= states_at;
-            let dialled = if shows { self.dialled(context.now()) } else { String::new() };
+            let dialed = if shows { self.dialed(context.now()) } else { String::new() };
             let mut peer = lock(&self.peer);
             let now = context.now();
             // Earlier events are handled; if it is lost now, it is silent.
@@ -242,7 +242,7 @@ impl PeerConnection {
             }
             if shows {
                 states_at = now + STATE_PERIOD;
-                states.update(&peer, &dialled, &self.explanation(), now);
+                states.update(&peer, &dialed, &self.explanation(), now);
             }
             let polls = context.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
             let deadline = peer.deadline(now).min(states_at).min(polls);
@@ -338,19 +338,19 @@ impl PeerConnection {
         }
     }
 
-    /// Returns the endpoint that this agent dials or has dialled.
-    /// Empty if the other agent dialled.
-    fn dialled(&self, now: u64) -> String {
+    /// Returns the endpoint that this agent dials or has dialed.
+    /// Empty if the other agent dialed.
+    fn dialed(&self, now: u64) -> String {
         let current = lock(&self.link);
         match &current.link {
-            Some(_) => current.dialled.clone().unwrap_or_default(),
+            Some(_) => current.dialed.clone().unwrap_or_default(),
             None => self.endpoint(now).unwrap_or_default(),
         }
     }
 
-    /// Returns whether this agent has dialled the link and would not do so again.
+    /// Returns whether this agent has dialed the link and would not do so again.
     fn is_unwanted(&self, now: u64) -> bool {
-        lock(&self.link).dialled.is_some() && self.endpoint(now).is_none()
+        lock(&self.link).dialed.is_some() && self.endpoint(now).is_none()
     }
 
     /// Drops a link over which the other agent does not greet in time.
@@ -370,9 +370,9 @@ impl PeerConnection {
             true => Err(CarrierError::Nobody { endpoint: endpoint.clone() }),
             false => carrier.dial(&endpoint),
         };
-        let dialled = context.carrier(&endpoint).and_then(dial);
+        let dialed = context.carrier(&endpoint).and_then(dial);
         self.is_dialling.store(false, Ordering::SeqCst);
-        match dialled {
+        match dialed {
             // The connection has ended meanwhile.
             Ok(link) if self.has_ended() => link.close(),
             Ok(link) => {
@@ -383,8 +383,7 @@ impl PeerConnection {
                 }
                 let mut current = lock(&self.link);
                 if current.link.is_none() {
-                    *current =
-                        CurrentLink { link: Some(link), dialled: Some(endpoint), since: context.now() };
+                    *current = CurrentLink { link: Some(link), dialed: Some(endpoint), since: context.now() };
                 }
                 drop(current);
                 self.wake.notify(1);
@@ -410,7 +409,7 @@ impl PeerConnection {
         }
     }
 
-    /// Waits before the next attempt, unless the other agent has dialled.
+    /// Waits before the next attempt, unless the other agent has dialed.
     fn pause(&self, pause: &mut Duration) {
         let current = lock(&self.link);
         if current.link.is_none() && !self.has_ended() {

@@ -75,7 +75,7 @@ impl ConnectionTable {
     }
 
     /// Returns the connection to an agent, created if it does not exist.
-    /// `configure` sets the endpoint that is dialled; a new connection has it before it shows its state.
+    /// `configure` sets the endpoint that is dialed; a new connection has it before it shows its state.
     pub fn connection_in(
         self: &Arc<Self>,
         connections: &mut ConnectionsByAgent,

@@ -1,11 +1,11 @@
-//! Endpoint at which another agent is dialled.
+//! Endpoint at which another agent is dialed.
 
-/// Endpoint at which another agent is dialled, and the duration of dialling.
+/// Endpoint at which another agent is dialed, and the duration of dialling.
 #[derive(Debug, Default)]
 pub(super) struct Dialling {
-    /// Endpoint dialled whenever the agent is absent; `None` if only it dials.
+    /// Endpoint dialed whenever the agent is absent; `None` if only it dials.
     pub always: Option<String>,
-    /// Endpoint dialled for a query, and the end of that, ns.
+    /// Endpoint dialed for a query, and the end of that, ns.
     until: Option<(String, u64)>,
 }
 

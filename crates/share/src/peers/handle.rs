@@ -183,7 +183,7 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Checks that an endpoint can be dialled, without a connection.
+    /// Checks that an endpoint can be dialed, without a connection.
     ///
     /// # Errors
     /// If it is malformed, or always refused.
@@ -246,9 +246,9 @@ impl Peers {
         self.connections.with_connections(|connections| connections.keys().cloned().collect())
     }
 
-    /// Returns whether another agent is dialled whenever it is absent.
-    pub fn is_dialled(&self, agent: &str) -> bool {
-        self.connections.connection(agent).is_some_and(|connection| connection.is_dialled())
+    /// Returns whether another agent is dialed whenever it is absent.
+    pub fn is_dialed(&self, agent: &str) -> bool {
+        self.connections.connection(agent).is_some_and(|connection| connection.is_dialed())
     }
 
     /// Returns whether another agent is connected.

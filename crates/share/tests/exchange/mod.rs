@@ -44,7 +44,7 @@ fn a_value_is_mirrored_and_stays_the_newest() {
     let mut writer = output(&arm.board, "joint/angle", 1);
     base.peers.subscribe("arm", WantedProperty::new("joint/angle", Options::default())).unwrap();
     write(&mut writer, 7);
-    wait_for("the value of the agent that dialled", || base.number("agents/arm/joint/angle") == Some(7));
+    wait_for("the value of the agent that dialed", || base.number("agents/arm/joint/angle") == Some(7));
 }
 
 #[test]

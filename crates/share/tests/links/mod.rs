@@ -287,7 +287,7 @@ fn unreachable_endpoints_are_refused() {
 }
 
 #[test]
-fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
+fn an_agent_that_no_link_wants_any_more_is_not_dialed() {
     let folder = Folder::new();
     let arm = Running::start("arm", &arm(&folder, ""), Mode::Staged);
     wait_for("what shows of it", || arm.board.get("peers/base/link").is_some());
@@ -295,7 +295,7 @@ fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
         arm.composer.unlink(input).unwrap();
     }
     wait_for("it to be forgotten", || arm.board.get("peers/base/link").is_none());
-    // It is dialled again when a link wants it.
+    // It is dialed again when a link wants it.
     let base = Running::start("base", &base(&folder), Mode::Staged);
     arm.composer.link(&NewLink::new("reader/number", "slate://base/counter/number")).unwrap();
     wait_for("fresh values", || arm.number("reader/fresh") > 3.0);

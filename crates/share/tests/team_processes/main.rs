@@ -232,7 +232,9 @@ fn eight_robots(way: &'static str) {
     again(&mut team, 6);
     wait_for_facts("the right side tells the new one", &mut team[5..], &right);
     // Long enough that its neighbors hold it to be gone.
-    wait_for("its absence", || team[3].ask("read neighbours") == "1" && team[5].ask("read neighbors") == "1");
+    wait_for("its absence", || {
+        team[3].ask("read neighbours") == "1" && team[5].ask("read neighbours") == "1"
+    });
     team[4].process.signal(Signal::CONT);
     wanted = left;
     wanted.push((107, 7));

@@ -41,6 +41,7 @@ pub(crate) struct Person {
     destination: usize,
     /// Current waypoint.
     target: Point,
+    #[serde(rename = "looked")]
     path_updated_at: Option<u64>,
     /// End of the stay at a place, ns.
     stays_until: u64,

@@ -100,6 +100,7 @@ pub struct Simulation {
     #[serde(default, skip_serializing_if = "RoughGround::is_even")]
     ground: RoughGround,
     /// Contacts that each robot feels.
+    #[serde(rename = "felt")]
     bumper_contacts: Vec<BumperContacts>,
     /// Scratch memory for the neighborhood of a robot, one per thread.
     /// The number of threads is no part of the state.

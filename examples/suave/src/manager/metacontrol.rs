@@ -3,7 +3,7 @@
 //! | concept | here |
 //! |---|---|
 //! | objective | each function of the present task; new ones are ungrounded until the next reasoning |
-//! | function design | its performance, the visibility that it requests, whether it needs all thrusters |
+//! | function design | its performance, the visibility that it requires, whether it needs all thrusters |
 //! | Analyze | an objective is adapted when it is ungrounded, when a component of its design has failed or recovered, when the measured visibility is below that of its design, and the search always |
 //! | Plan | the realisable design with the highest performance whose visibility is not above the measured one |
 //! | Execute | the settings of that design, unless it is the present one |

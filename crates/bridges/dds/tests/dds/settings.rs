@@ -43,7 +43,10 @@ fn topics_are_named_by_entries_and_links() {
 fn errors_have_line_and_help() {
     let entry = |entry: &str| format!("agent.name = \"r2\"\n[dds]\nread.\"planner/target\" = {entry}\n");
     let cases = [
-        (entry("{ topic = \"Target\", idl = \"tests/dds/target.idl\" }"), "`type` does not say which"),
+        (
+            entry("{ topic = \"Target\", idl = \"tests/dds/target.idl\" }"),
+            "needs a `type` that names one of its structs",
+        ),
         (
             entry("{ topic = \"Target\", type = \"demo::Goal\", idl = \"tests/dds/target.idl\" }"),
             "has no struct demo::Goal",

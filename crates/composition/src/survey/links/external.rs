@@ -14,7 +14,7 @@ use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
 use crate::survey::{LinkEnd, LinkSource, Survey};
 
 /// Error of a link and help for the user.
-type EndMistake = (Message, String);
+type EndError = (Message, String);
 
 /// Checks the links that fill inputs.
 pub(super) fn check_arriving<'a>(
@@ -61,7 +61,7 @@ fn input(
     survey: &Survey<'_>,
     dormant: &[&str],
     link: &ExternalLink,
-) -> Result<Option<(usize, usize, String)>, EndMistake> {
+) -> Result<Option<(usize, usize, String)>, EndError> {
     let (path, from) = (&link.path.value, &link.other.value);
     let Some((module, rest)) = split_module(&survey.modules, path) else {
         if owner(dormant, path).is_some() {
@@ -127,7 +127,7 @@ fn attachment_refusal(
     (module, port): (usize, usize),
     path: &str,
     from: &str,
-) -> Option<EndMistake> {
+) -> Option<EndError> {
     let description = &survey.modules[module].description;
     let role = description.ports[port].role.as_str();
     if binds(role) {

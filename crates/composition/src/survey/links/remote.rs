@@ -30,7 +30,7 @@ pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     })
 }
 
-/// Returns the misfit of a link whose carrier differs from the agent's actual one.
+/// Mismatch of a link whose carrier differs from that of the agent.
 /// The link waits while it names another carrier.
 pub fn carrier_mismatch(configuration: &Configuration, link: &Link) -> Option<LinkMismatch> {
     let agent = agent(configuration, link).filter(|agent| agent != TEAM)?;
@@ -95,7 +95,7 @@ struct RemoteLink<'a, 's> {
 
 impl<'a, 's> RemoteLink<'a, 's> {
     /// Checks a link to another agent; `None` after an error.
-    /// Errors are about errors that do not depend on the other end.
+    /// Reports only errors that do not depend on the other end.
     fn checked(
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
@@ -197,7 +197,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         (if direction == Direction::Queue { None } else { self.waiting() }, mismatch)
     }
 
-    /// Returns the misfit of a link that bypasses the architecture.
+    /// Returns the mismatch of a link that bypasses the architecture.
     fn against_rules(&self, resolved: &ResolvedLink<'a>) -> Option<LinkMismatch> {
         let (_, message, help) = rules::refusal(self.configuration, self.survey, resolved)?;
         Some(LinkMismatch { message: message.replace("`//", "`slate://"), help })

@@ -183,7 +183,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             let name = deep_name(ports, name, rest);
             let names = || ports.iter().filter(source).map(|port| port.name.as_str());
             let help = without_slash(self.configuration, self.survey, span, path)
-                .unwrap_or_else(|| suggest(name, names()));
+                .unwrap_or_else(|| suggest(rest, names()));
             let own = &self.modules()[module].module.name.value;
             self.collector.add(span, ErrorCode::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;

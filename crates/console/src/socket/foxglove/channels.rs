@@ -48,7 +48,7 @@ impl ChannelFormat {
     /// Appends the message of a value.
     /// `frame` is used unless the value names its own frame.
     pub fn encode(&self, sample: &Sample, frame: &str, out: &mut Vec<u8>) -> Result<(), ros::Error> {
-        // Its channel reports the whole, whatever room the value has.
+        // Its channel declares the whole value, whatever room it has.
         let length = sample.property.descriptor().shape(sample.items).bytes(sample.items);
         let value = sample.bytes.get(..length).unwrap_or(&sample.bytes);
         match self {

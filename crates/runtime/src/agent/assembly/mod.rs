@@ -58,7 +58,7 @@ impl Assembly {
             let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
             names
                 .map(|name| &self.modules[name])
-                .filter(|loaded| !loaded.own_thread || loaded.cell.is_turn_signalled())
+                .filter(|loaded| !loaded.own_thread || loaded.cell.is_turn_signaled())
                 .map(|loaded| Arc::clone(&loaded.cell))
                 .collect()
         };

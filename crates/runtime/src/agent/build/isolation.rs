@@ -119,7 +119,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             params_size: surveyed.description.params.size,
             process_record: Default::default(),
         };
-        let is_turn_signalled = !lockstep && surveyed.trigger == Trigger::Stage;
+        let is_turn_signaled = !lockstep && surveyed.trigger == Trigger::Stage;
         let process = self.builder.implied_writer(
             m,
             "process",
@@ -130,7 +130,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             isolation: Arc::new(isolation),
             supervisor: Supervisor::default(),
             rearm: wanted.rearm,
-            is_turn_signalled,
+            is_turn_signaled,
             process,
             restarts: 0,
             written: 0,

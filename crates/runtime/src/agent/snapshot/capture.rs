@@ -51,7 +51,7 @@ impl Drop for HeldCells {
     fn drop(&mut self) {
         for cell in &self.0 {
             cell.release();
-            // A concurrent request was signalled to a thread that could not serve it.
+            // A concurrent request was signaled to a thread that could not serve it.
             cell.wake.notify(1);
         }
     }

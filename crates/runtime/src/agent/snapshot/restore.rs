@@ -222,7 +222,7 @@ impl<'c> SnapshotRestorer<'c> {
             move |shared| {
                 let restoration = restoration.check(shared)?;
                 // Of a load that is refused before, what records the agent has nothing to tell.
-                recorder.record_unrepeatable("restoring a snapshot");
+                recorder.record_unrepeatable("a restore from a snapshot");
                 Ok(restoration)
             },
             |shared, restoration| restoration.apply(shared),

@@ -1,6 +1,6 @@
 //! Carrier between machines: TLS 1.3 on TCP, with certificates of both ends.
 //!
-//! Endpoints are `tls:HOST:PORT`. Only configured endpoints are listened at and dialled; no discovery takes place. The
+//! Endpoints are `tls:HOST:PORT`. Only configured endpoints are listened at and dialed; no discovery takes place. The
 //! certificate identifies an agent, regardless of its address.
 
 mod connection;
@@ -20,7 +20,7 @@ use link::TlsLink;
 use listener::TlsListener;
 
 /// Timeout of name resolution, of connecting and of the handshake, each.
-/// Only the thread of the dialled agent waits for it. A lost first packet is sent again after 1 s.
+/// Only the thread of the dialed agent waits for it. A lost first packet is sent again after 1 s.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(2);
 
 const EXPECTED_ENDPOINT: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";

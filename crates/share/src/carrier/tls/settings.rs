@@ -24,7 +24,7 @@ pub(super) fn client(
     Ok(Arc::new(settings))
 }
 
-/// Returns the settings of the end that is dialled.
+/// Returns the settings of the end that is dialed.
 pub(super) fn server(
     loaded: LoadedCredentials,
     shown: ShownCertificate,

@@ -215,7 +215,7 @@ fn an_agent_without_a_router_runs_and_joins_it_later() {
     assert_eq!(agent.logged("no router is reached"), 1);
     // A router that ends, and comes back.
     drop(router);
-    eventually("a warning", || agent.has_logged(&format!("the router at tcp/127.0.0.1:{port} has gone")));
+    eventually("a warning", || agent.has_logged(&format!("the router at tcp/127.0.0.1:{port} is lost")));
     assert_eq!(status(&agent, "/cmd_vel").others, Some(0));
     drive(&Router::at(port), 0.75);
     assert_eq!(agent.logged("is back, and the node has joined again"), 1);

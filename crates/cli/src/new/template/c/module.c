@@ -23,7 +23,7 @@ static const char *const DESCRIPTION[] = {
     "\"interface\":" WHEEL_SPEEDS_INTERFACE "}],",
     "\"params\":{\"name\":\"Params\",\"fields\":[",
     "{\"name\":\"max_linear_velocity\",\"unit\":\"m/s\",\"kind\":\"f64\",\"doc\":\"maximum linear velocity\"},",
-    "{\"name\":\"gain\",\"unit\":\"1/s\",\"kind\":\"f64\",\"doc\":\"linear velocity per metre of distance\"},",
+    "{\"name\":\"gain\",\"unit\":\"1/s\",\"kind\":\"f64\",\"doc\":\"linear velocity per meter of distance\"},",
     "{\"name\":\"goal_tolerance\",\"unit\":\"m\",\"kind\":\"f64\",\"doc\":\"distance that counts as reached\"},",
     "{\"name\":\"wheel_radius\",\"unit\":\"m\",\"kind\":\"f64\",\"doc\":\"radius of a wheel\"},",
     "{\"name\":\"track\",\"unit\":\"m\",\"kind\":\"f64\",\"doc\":\"distance between the wheels\"}]},",

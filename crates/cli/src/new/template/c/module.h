@@ -14,7 +14,7 @@ enum { POSITION, ORIENTATION, TARGET, WHEELS };
 typedef struct Params {
     /// Maximum linear velocity [m/s].
     double max_linear_velocity;
-    /// Linear velocity per metre of distance to the target [1/s].
+    /// Linear velocity per meter of distance to the target [1/s].
     double gain;
     /// Distance from the target that counts as reached [m].
     double goal_tolerance;

@@ -47,7 +47,7 @@ struct Follower {
                 param<&Params::max_linear_velocity>("max_linear_velocity", 0.4).range(0.0, 1.2).unit("m/s").doc(
                     "maximum linear velocity"),
                 param<&Params::gain>("gain", 2.0).range(0.0, 10.0).unit("1/s").doc(
-                    "linear velocity per metre of distance to the target"),
+                    "linear velocity per meter of distance to the target"),
                 param<&Params::goal_tolerance>("goal_tolerance", 0.05).range(0.0, 1.0).unit("m").doc(
                     "distance from the target that counts as reached"),
                 param<&Params::wheel_radius>("wheel_radius", 0.0975).range(0.01, 1.0).unit("m").doc(

@@ -64,7 +64,7 @@ fn check_opens_no_log_port_and_makes_no_file() {
 }
 
 #[test]
-fn all_mistakes_are_told_at_once_with_their_places() {
+fn all_errors_are_reported_at_once_with_places() {
     let running = Running::new("check-bad");
     let links =
         "\"knowledge/position\" = \"/simulator/r2/sonar\"\n\"pass_range/range\" = \"range_monitr/percept\"";
@@ -177,7 +177,7 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
 }
 
 #[test]
-fn a_mistake_has_the_code_of_its_kind() {
+fn an_error_has_the_code_of_its_kind() {
     let running = Running::new("check-codes");
     for (set, code) in [
         ("loop.perod=1ms", "S002"),
