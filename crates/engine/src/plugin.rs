@@ -5,6 +5,7 @@ use std::any::Any;
 use std::path::Path;
 use std::sync::Arc;
 
+use slate_blackboard::interface::Descriptor;
 use slate_module::Plugin;
 
 use crate::isolation;
@@ -20,7 +21,7 @@ pub use crate::library::{
 /// # Errors
 /// A library that does not fit, with the expected state.
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
-    load_for(file, None, |_| false)
+    load_for(file, None, Vec::new, |_| false)
 }
 
 /// Returns the robot configuration that a library contains beside its modules.
@@ -35,11 +36,16 @@ pub fn robot_of(file: &Path) -> Result<Option<(Plugin, String)>, LibraryError> {
 
 /// Acts as [`load`], and leaves unloadable code to the processes of its modules.
 /// A library that must not be opened here is left to them if all its modules `are_isolated`; `program` runs them.
+/// Modules in Python may name the `interfaces`.
 pub fn load_for(
     file: &Path,
     program: Option<&Path>,
+    interfaces: impl FnOnce() -> Vec<&'static Descriptor>,
     are_isolated: impl FnOnce(&LibraryOutline) -> bool,
 ) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
+    if isolation::is_python(file) {
+        return load_python(file, &interfaces());
+    }
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     let outline = LibraryOutline::read(file)?;
     // A language without panics says nothing.
@@ -54,9 +60,7 @@ pub fn load_for(
         ));
     }
     let residence = Residence::default();
-    let library = Library::copied(file, &residence).map_err(|error| {
-        refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
-    })?;
+    let library = copied(file, &residence)?;
     let plugin = if outside {
         let copy = library.copy().to_owned();
         let library: Arc<dyn Any + Send + Sync> = Arc::new(library);
@@ -75,4 +79,42 @@ pub fn load_for(
         open(file, library, &outline)?
     };
     Ok((plugin, outline, residence))
+}
+
+/// Reads the outline of a plugin.
+/// It is in a library's file; an interpreter tells that of modules in Python.
+///
+/// # Errors
+/// As [`LibraryOutline::read`], or a file that Python can't run.
+pub fn outline(file: &Path) -> Result<LibraryOutline, LibraryError> {
+    if isolation::is_python(file) { Ok(load_python(file, &[])?.1) } else { LibraryOutline::read(file) }
+}
+
+/// Copies a library, which may be built anew while it is in use.
+fn copied(file: &Path, residence: &Residence) -> Result<Library, LibraryError> {
+    Library::copied(file, residence).map_err(|error| {
+        let folder = std::env::temp_dir();
+        let problem = format!("can't be copied to {}: {error}", folder.display());
+        LibraryError { file: file.into(), problem, help: "make room there".into() }
+    })
+}
+
+/// Loads modules in Python, which run in processes of their own.
+/// The plugin has the name of the file.
+fn load_python(
+    file: &Path,
+    interfaces: &[&'static Descriptor],
+) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
+    let refuse = |problem: String, help: String| LibraryError { file: file.into(), problem, help };
+    let unreadable =
+        |error| refuse(format!("can't be read: {error}"), "give the path of a file in Python".into());
+    std::fs::File::open(file).map_err(unreadable)?;
+    let residence = Residence::default();
+    let library = copied(file, &residence)?.with_interfaces(isolation::encode_interfaces(interfaces));
+    let kinds = isolation::python_kinds(library)
+        .map_err(|(refusal, help)| refuse(format!("can't be run by Python: {refusal}"), help))?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let outline =
+        LibraryOutline::of_kinds(&name, &kinds).map_err(|(problem, help)| refuse(problem, help.into()))?;
+    Ok((Plugin::new(&name, kinds), outline, residence))
 }

@@ -17,6 +17,7 @@ pub struct ModuleKind {
     /// Handle that keeps the library open while its code may be called.
     library: Option<Arc<dyn Any + Send + Sync>>,
     factory: Option<Arc<dyn InstanceFactory>>,
+    needs_process: bool,
 }
 
 /// Maker of instances, in place of the calls of a table.
@@ -69,6 +70,7 @@ impl ModuleKind {
             table,
             library,
             factory: None,
+            needs_process: false,
         }
     }
 
@@ -84,7 +86,20 @@ impl ModuleKind {
         library: Option<Arc<dyn Any + Send + Sync>>,
     ) -> Self {
         let (name, doc, section) = (name.into(), doc.into(), section.into());
-        Self { name, doc, section, table, library, factory: Some(factory) }
+        Self { name, doc, section, table, library, factory: Some(factory), needs_process: false }
+    }
+
+    /// Marks a kind whose instances run in processes of their own only.
+    /// Its modules are isolated, whatever their configuration says.
+    #[must_use]
+    pub fn in_processes(mut self) -> Self {
+        self.needs_process = true;
+        self
+    }
+
+    /// Returns true if its instances run in processes of their own only.
+    pub fn needs_process(&self) -> bool {
+        self.needs_process
     }
 
     /// Returns the name by which configuration finds it.

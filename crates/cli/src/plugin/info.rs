@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use slate::runtime::plugin::{InterfaceOutline, LibraryOutline};
+use slate::runtime::plugin::{self, InterfaceOutline};
 
 use crate::failure::Failure;
 use crate::output;
 
 pub fn info(file: &Path, json: bool) -> Result<(), Failure> {
-    let outline = LibraryOutline::read(file)?;
+    let outline = plugin::outline(file)?;
     if json {
         output::document("slate.plugin.info/1", &outline);
         return Ok(());

@@ -153,7 +153,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
 
     /// Returns true if a module runs in a process of its own.
     pub fn is_isolated(self, module: usize) -> bool {
-        self.surveyed(module).module.isolated.value
+        self.surveyed(module).is_isolated
     }
 
     /// Returns the parameters that tools must not set, as links set them.

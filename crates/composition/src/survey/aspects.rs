@@ -32,7 +32,7 @@ pub(super) fn survey_services(
     for (m, p, wanted) in ports(Direction::Aspect) {
         let descriptor = wanted.descriptor;
         let module = modules[m].module;
-        if module.isolated.value {
+        if modules[m].is_isolated {
             let message = format!(
                 "`{}` needs `{}`, which an isolated module can't reach",
                 module.name.value, descriptor.name

@@ -61,6 +61,8 @@ pub struct Surveyed<'a> {
     pub module: &'a Module,
     /// Kind of the module.
     pub kind: ModuleKind,
+    /// True if it runs in a process of its own.
+    pub is_isolated: bool,
     /// Ports and parameters.
     pub description: Description,
     /// Stage that runs it.

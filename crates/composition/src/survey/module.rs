@@ -60,6 +60,7 @@ pub(super) fn survey_module<'a>(
     Some(Surveyed {
         module,
         kind: kind.clone(),
+        is_isolated: is_isolated(module, kind),
         stage: module.stage.as_ref().map_or(description.stage, |stage| stage.value),
         trigger,
         deadline: module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline),
@@ -88,8 +89,8 @@ fn prepare_setup<'a>(
         params: None,
     };
     let description = describe(configuration, module, (kind, catalogue), (&setup, &[]), collector)?;
-    let is_reserved =
-        |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
+    let is_isolated = is_isolated(module, kind);
+    let is_reserved = |name: &str| RESERVED.contains(&name) || is_isolated && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
         let message =
             format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
@@ -97,6 +98,12 @@ fn prepare_setup<'a>(
         return None;
     }
     Some((setup, description))
+}
+
+/// Returns true if a module runs in a process of its own.
+/// It is configured so, or its kind must.
+fn is_isolated(module: &Module, kind: &ModuleKind) -> bool {
+    module.isolated.value || kind.needs_process()
 }
 
 /// Describes a kind under a setup, with the settings that its parameters follow.

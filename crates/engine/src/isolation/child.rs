@@ -14,6 +14,7 @@ use slate_module::table::{DONE, PANICKED, REFUSED};
 use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, Setup, decode, encode};
 
 use super::arena::map;
+use super::python::PythonSource;
 use super::wire::{Begin, Code, InstanceRequest, KindText, Topic, receive, send};
 use crate::library;
 
@@ -46,7 +47,7 @@ pub(super) fn is_entered() -> bool {
 pub fn enter(plugins: &[Plugin]) {
     IS_ENTERED.store(true, Ordering::Relaxed);
     if std::env::args_os().nth(1).is_some_and(|argument| argument == CHILD_ARGUMENT) {
-        let code = match run_child(plugins) {
+        let code = match run_child(|code| open_code(code, plugins)) {
             Ok(()) => 0,
             // The host has ended, or says why this process does.
             Err(_) => 1,
@@ -55,7 +56,30 @@ pub fn enter(plugins: &[Plugin]) {
     }
 }
 
-fn run_child(plugins: &[Plugin]) -> io::Result<()> {
+/// Opens the code of this program or of a library; returns its kinds.
+fn open_code(code: &Code, plugins: &[Plugin]) -> Result<Vec<ModuleKind>, Refusal> {
+    match code {
+        Code::Linked => Ok(plugins.iter().flat_map(Plugin::kinds).cloned().collect()),
+        Code::Library(file) => {
+            Ok(library::open_in_place(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec())
+        }
+        Code::Python(source) => Err(Refusal(format!("{} needs an interpreter", source.file.display()))),
+    }
+}
+
+/// Runs a module in Python for the host that has started this interpreter.
+/// `open` opens the source and returns its kinds. The standard input is the socket to the host.
+///
+/// # Errors
+/// The host has ended, or no host has started this process.
+pub fn serve_python(open: impl Fn(&PythonSource) -> Result<Vec<ModuleKind>, Refusal>) -> io::Result<()> {
+    run_child(|code| match code {
+        Code::Python(source) => open(source),
+        Code::Linked | Code::Library(_) => Err("an interpreter runs modules of Python only".into()),
+    })
+}
+
+fn run_child(open: impl Fn(&Code) -> Result<Vec<ModuleKind>, Refusal>) -> io::Result<()> {
     // A module in an endless loop would not notice that its host is gone.
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
@@ -67,8 +91,8 @@ fn run_child(plugins: &[Plugin]) -> io::Result<()> {
         (Topic::Begin, _) => decode(&body).map_err(|refusal| io::Error::other(refusal.0))?,
         _ => return Err(io::ErrorKind::InvalidData.into()),
     };
-    let started = start(&begin, files, plugins);
-    let plugins = match &started {
+    let started = start(&begin, files, open);
+    let kinds = match &started {
         Ok((kinds, addresses)) => {
             let addresses: Vec<u64> = addresses.iter().map(|base| base.as_ptr() as u64).collect();
             answer(&stream, encode(&addresses))?;
@@ -76,7 +100,7 @@ fn run_child(plugins: &[Plugin]) -> io::Result<()> {
         }
         Err(refusal) => return answer(&stream, Err(refusal.clone())),
     };
-    Module { stream, kinds: plugins, running: None }.serve(&mut body)
+    Module { stream, kinds, running: None }.serve(&mut body)
 }
 
 /// Descriptors that a library of the host has left open.
@@ -115,7 +139,11 @@ fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
 type ChildResources = (Vec<ModuleKind>, Vec<NonNull<u8>>);
 
 /// Maps the arenas, opens the code, and then limits the memory.
-fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<ChildResources, Refusal> {
+fn start(
+    begin: &Begin,
+    files: Vec<OwnedFd>,
+    open: impl Fn(&Code) -> Result<Vec<ModuleKind>, Refusal>,
+) -> Result<ChildResources, Refusal> {
     let failed = |what: &str, error: io::Error| Refusal(format!("its process can't {what}: {error}"));
     let title: Vec<u8> = begin.name.bytes().filter(|byte| *byte != 0).take(15).collect();
     if let Ok(title) = CString::new(title) {
@@ -133,12 +161,7 @@ fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Child
     let mapped = files.iter().zip(&begin.arenas);
     let mapped = mapped.map(|(file, writable)| map(file.as_fd(), begin.arena_length, *writable));
     let addresses = mapped.collect::<Result<_, _>>().map_err(|error| failed("map shared memory", error))?;
-    let kinds = match &begin.code {
-        Code::Linked => plugins.iter().flat_map(Plugin::kinds).cloned().collect(),
-        Code::Library(file) => {
-            library::open_in_place(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec()
-        }
-    };
+    let kinds = open(&begin.code)?;
     if begin.memory > 0 {
         // Memory mapped until now, such as arenas, is not the module's.
         let used = address_space().map_err(|error| failed("read its size", error))?;

@@ -8,6 +8,8 @@ use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::sync::{Mutex, PoisonError};
 
 use super::child::{CHILD_ARGUMENT, is_entered};
+use super::python;
+use super::wire::Code;
 
 type LaunchRequest = (Command, SyncSender<io::Result<Child>>);
 
@@ -16,18 +18,28 @@ type LaunchRequest = (Command, SyncSender<io::Result<Child>>);
 /// before the module.
 static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<LaunchRequest>>> = Mutex::new(None);
 
-/// Starts `program`, or this one again, to run a module.
-/// Its standard input is the socket to it.
-pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> {
+/// Returns the command that starts `program`, or this one again, to run a module.
+fn program_command(program: Option<&Path>) -> io::Result<Command> {
     if program.is_none() && !is_entered() {
         return Err(io::Error::other(
             "this program's `main` does not call `slate_runtime::isolation::enter` first",
         ));
     }
-    let (stream, theirs) = UnixStream::pair()?;
     // This is the program as it runs, also when its file was replaced meanwhile.
     let mut command = Command::new(program.unwrap_or("/proc/self/exe".as_ref()));
-    command.arg(CHILD_ARGUMENT).stdin(Stdio::from(OwnedFd::from(theirs)));
+    command.arg(CHILD_ARGUMENT);
+    Ok(command)
+}
+
+/// Starts `program`, this one again, or an interpreter, to run a module.
+/// Its standard input is the socket to it.
+pub(super) fn launch(program: Option<&Path>, code: &Code) -> io::Result<(Child, UnixStream)> {
+    let mut command = match code {
+        Code::Python(_) => python::command(),
+        Code::Linked | Code::Library(_) => program_command(program)?,
+    };
+    let (stream, theirs) = UnixStream::pair()?;
+    command.stdin(Stdio::from(OwnedFd::from(theirs)));
     // The host decides when its modules end, not an interrupt from the keyboard.
     command.process_group(0);
     let (sender, receiver) = sync_channel(1);

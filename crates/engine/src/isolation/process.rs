@@ -15,10 +15,12 @@ use slate_module::{Refusal, decode, encode};
 
 use super::child::ARENA_LIMIT;
 use super::launcher::launch;
-use super::wire::{Begin, Topic, receive, send};
+use super::wire::{Begin, Code, Topic, receive, send};
 
 /// Timeout of the start of a process, and of the setup of a module.
-pub(super) const START_TIMEOUT: Duration = Duration::from_secs(10);
+const START_TIMEOUT: Duration = Duration::from_secs(10);
+/// The same for an interpreter, which may import large packages.
+const PYTHON_START_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Timeout of a requested exit.
 const EXIT_TIMEOUT: Duration = Duration::from_millis(500);
@@ -33,6 +35,7 @@ pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
+    start_timeout: Duration,
     stream: Arc<UnixStream>,
     /// Present timeout of the stream.
     timeout: Duration,
@@ -49,24 +52,33 @@ impl Process {
         begin: &Begin,
         arenas: &[BorrowedFd<'_>],
     ) -> Result<(Self, Vec<usize>), Refusal> {
-        let mut process = Self::launch(program)?;
+        let mut process = Self::launch(program, &begin.code)?;
         let addresses = process.begin(begin, arenas)?;
         Ok((process, addresses))
     }
 
-    /// Starts an idle process.
-    pub fn launch(program: Option<&Path>) -> Result<Self, Refusal> {
-        let (child, stream) =
-            launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
-        let stream = Arc::new(stream);
-        Ok(Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None })
+    /// Starts an idle process for that code.
+    pub fn launch(program: Option<&Path>, code: &Code) -> Result<Self, Refusal> {
+        let (child, stream) = launch(program, code)
+            .map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
+        let start_timeout = match code {
+            Code::Linked | Code::Library(_) => START_TIMEOUT,
+            Code::Python(_) => PYTHON_START_TIMEOUT,
+        };
+        let (stream, timeout) = (Arc::new(stream), Duration::ZERO);
+        Ok(Self { child, start_timeout, stream, timeout, body: Vec::new(), end: None })
+    }
+
+    /// Returns the timeout of the start, and of the setup of a module.
+    pub fn start_timeout(&self) -> Duration {
+        self.start_timeout
     }
 
     /// Requests to open the code and to map the arenas; returns their addresses there.
     pub fn begin(&mut self, begin: &Begin, arenas: &[BorrowedFd<'_>]) -> Result<Vec<usize>, Refusal> {
         // It fails when the process has ended already, and then the first question says how.
         let passed = self.pass(arenas);
-        if let Err(refusal) = self.request(Topic::Begin, &encode(begin)?, START_TIMEOUT).map(drop) {
+        if let Err(refusal) = self.request(Topic::Begin, &encode(begin)?, self.start_timeout).map(drop) {
             return Err(match self.end() {
                 Some(end) => format!("its process {end} before it was ready").into(),
                 None => passed.map_or_else(

@@ -12,8 +12,9 @@ use slate_module::{
 
 use super::child::ARENA_LIMIT;
 use super::mirror::{MappedArena, Mirror};
-use super::process::{Process, START_TIMEOUT};
+use super::process::Process;
 use super::process_record::ProcessRecord;
+use super::python::{is_python, python_source};
 use super::wire::{Begin, Code, InstanceRequest, Topic};
 use super::{Arena, length};
 use crate::library;
@@ -77,7 +78,11 @@ impl InstanceFactory for IsolatedKind {
 
 /// Returns the location of a kind's code.
 pub(super) fn code_of(kind: &ModuleKind) -> Code {
-    library::file_of(kind).map_or(Code::Linked, |file| Code::Library(file.into()))
+    match library::library_of(kind) {
+        Some(library) if is_python(library.source()) => Code::Python(python_source(library)),
+        Some(library) => Code::Library(library.copy().into()),
+        None => Code::Linked,
+    }
 }
 
 /// Instance in another process.
@@ -115,7 +120,8 @@ impl Proxy {
         let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), is_end_recorded: false };
         isolation.process_record.record_start(proxy.process.id(), proxy.process.stream());
         let request = InstanceRequest::new(kind.name(), setup, params, proxy.mirror.frame_address());
-        let made = proxy.process.request(Topic::Create, &encode(&request)?, START_TIMEOUT).map(drop);
+        let timeout = proxy.process.start_timeout();
+        let made = proxy.process.request(Topic::Create, &encode(&request)?, timeout).map(drop);
         match made {
             Ok(()) => Ok(proxy),
             Err(refusal) if proxy.process.end().is_some() => {

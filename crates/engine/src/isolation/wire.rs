@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use slate_module::Setup;
 use slate_module::blackboard::interface::Value;
 
+use super::python::PythonSource;
+
 /// Topic of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -56,6 +58,8 @@ pub(super) enum Code {
     Linked,
     /// Library file.
     Library(PathBuf),
+    /// Python, run by an interpreter.
+    Python(PythonSource),
 }
 
 /// First request to a process.

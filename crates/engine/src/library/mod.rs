@@ -11,8 +11,8 @@ mod seal;
 use std::path::PathBuf;
 
 pub use known::KnownLibraries;
-pub(crate) use open::{Library, make, open, robot_text};
-pub use open::{Residence, code_of, file_of, open_in_place};
+pub(crate) use open::{Library, library_of, make, open, robot_text};
+pub use open::{Residence, code_of, open_in_place};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 pub use seal::seal;
 

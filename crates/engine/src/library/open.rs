@@ -1,5 +1,6 @@
 //! Opening a library, and closing it.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,10 @@ use super::{LibraryError, LibraryOutline};
 pub(crate) struct Library {
     handle: Option<unix::Library>,
     copy: PathBuf,
+    /// File that was copied; `None` if another process did.
+    source: Option<PathBuf>,
+    /// Interfaces of the agent, for modules in Python.
+    interfaces: BTreeMap<String, Vec<u8>>,
     /// Hash of the file; `None` if the copy belongs to another process.
     code: Option<u64>,
     /// Private copy, dropped after the library; `None` if another process owns it.
@@ -35,12 +40,30 @@ impl Library {
         let copy = PrivateCopy::create(file)?;
         let code = Some(copy.hash()?);
         let residence = Arc::clone(&residence.0);
-        Ok(Self { handle: None, copy: copy.file().into(), code, _own: Some(copy), residence })
+        let source = Some(std::path::absolute(file)?);
+        let (interfaces, file) = (BTreeMap::new(), copy.file().into());
+        Ok(Self { handle: None, copy: file, source, interfaces, code, _own: Some(copy), residence })
     }
 
     /// Returns the file that is opened.
     pub(crate) fn copy(&self) -> &Path {
         &self.copy
+    }
+
+    /// Sets the interfaces of the agent, for modules in Python.
+    pub(crate) fn with_interfaces(mut self, interfaces: BTreeMap<String, Vec<u8>>) -> Self {
+        self.interfaces = interfaces;
+        self
+    }
+
+    /// Returns the interfaces of the agent, by their names.
+    pub(crate) fn interfaces(&self) -> &BTreeMap<String, Vec<u8>> {
+        &self.interfaces
+    }
+
+    /// Returns the file that was copied.
+    pub(crate) fn source(&self) -> &Path {
+        self.source.as_deref().unwrap_or(&self.copy)
     }
 }
 
@@ -85,17 +108,26 @@ const RTLD_NOLOAD: i32 = 4;
 pub fn open_in_place(copy: &Path) -> Result<Plugin, LibraryError> {
     let outline = LibraryOutline::read(copy)?;
     let residence = Residence::default().0;
-    open(copy, Library { handle: None, copy: copy.into(), code: None, _own: None, residence }, &outline)
+    let library = Library {
+        handle: None,
+        copy: copy.into(),
+        source: None,
+        interfaces: BTreeMap::new(),
+        code: None,
+        _own: None,
+        residence,
+    };
+    open(copy, library, &outline)
 }
 
 /// Returns the hash of a kind's library; `None` for linked code.
 pub fn code_of(kind: &ModuleKind) -> Option<u64> {
-    kind.library()?.downcast_ref::<Library>()?.code
+    library_of(kind)?.code
 }
 
-/// Returns the file of a kind's library; `None` for linked code.
-pub fn file_of(kind: &ModuleKind) -> Option<&Path> {
-    Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
+/// Returns the library of a kind; `None` for linked code.
+pub(crate) fn library_of(kind: &ModuleKind) -> Option<&Library> {
+    kind.library()?.downcast_ref()
 }
 
 /// Opens a library, and makes a plugin of its modules.
@@ -185,7 +217,7 @@ pub(crate) fn robot_text(
     plugin: &Plugin,
     outline: &LibraryOutline,
 ) -> Result<Option<String>, LibraryError> {
-    let library = plugin.kinds().first().and_then(|kind| kind.library()?.downcast_ref::<Library>());
+    let library = plugin.kinds().first().and_then(library_of);
     let Some(handle) = library.and_then(|library| library.handle.as_ref()) else { return Ok(None) };
     let symbol = outline.symbol.replacen("slate_plugin_", "slate_robot_", 1);
     // SAFETY: a plugin exports nothing else under that name.

@@ -8,7 +8,9 @@ use object::elf;
 use object::read::elf::FileHeader;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, ReadCache, ReadRef};
 use serde::{Deserialize, Serialize};
+use slate_blackboard::interface::Descriptor;
 use slate_module::table::ABI;
+use slate_module::{Description, ModuleKind, PortDescription, Setup};
 
 use super::{LibraryError, checksum, elf_headers};
 
@@ -51,6 +53,29 @@ pub struct ModuleOutline {
     /// Ports, as far as they do not depend on its configuration.
     #[serde(default)]
     pub ports: Vec<PortOutline>,
+}
+
+impl ModuleOutline {
+    fn of_description(kind: &ModuleKind, description: &Description) -> Self {
+        let port = |port: &PortDescription| PortOutline {
+            name: port.name.clone(),
+            direction: port.direction.name().into(),
+            carries: InterfaceOutline::of(port.descriptor),
+        };
+        Self {
+            name: kind.name().into(),
+            doc: kind.doc().into(),
+            stage: description.stage.name().into(),
+            params: Some(InterfaceOutline::of(description.params)),
+            ports: description.ports.iter().map(port).collect(),
+        }
+    }
+}
+
+impl InterfaceOutline {
+    fn of(descriptor: &Descriptor) -> Self {
+        Self { interface: descriptor.name.into(), schema: format!("{:016x}", descriptor.hash) }
+    }
 }
 
 /// Interface by name and schema.
@@ -173,6 +198,21 @@ impl LibraryOutline {
             None => "has an empty section `.slate`".to_owned(),
         };
         Err((problem, "export the plugin's table under that name"))
+    }
+
+    /// Returns the outline of modules that describe themselves, as those in Python do.
+    pub(crate) fn of_kinds(name: &str, kinds: &[ModuleKind]) -> Result<Self, (String, &'static str)> {
+        let modules = kinds.iter().map(|kind| {
+            let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None, params: None };
+            let description = kind.describe(&setup);
+            let description = description.map_err(|refusal| {
+                (format!("has a module `{}` that is invalid: {refusal}", kind.name()), "correct it")
+            })?;
+            Ok(ModuleOutline::of_description(kind, &description))
+        });
+        let modules = modules.collect::<Result<_, _>>()?;
+        let (symbol, version, panic) = Default::default();
+        Self { abi: ABI, symbol, name: name.into(), version, panic, depends: Vec::new(), modules }.validate()
     }
 
     fn validate(self) -> Result<Self, (String, &'static str)> {

@@ -270,7 +270,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     fn is_plain(&self, has_filter: bool) -> bool {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
-        let is_apart = self.surveyed().module.isolated.value
+        let is_apart = self.surveyed().is_isolated
             && matches!(
                 self.target,
                 LinkSource::Remote(_) | LinkSource::Host(_) | LinkSource::Played(_) | LinkSource::Gate(_)

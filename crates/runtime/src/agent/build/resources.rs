@@ -142,7 +142,7 @@ impl HostResources {
     /// it is watched.
     pub fn has_own_thread(&self, surveyed: &Surveyed<'_>) -> bool {
         let threaded = self.mode == Mode::Threaded && surveyed.trigger != Trigger::Stage;
-        let isolated = surveyed.module.isolated.value && !self.lockstep;
+        let isolated = surveyed.is_isolated && !self.lockstep;
         (threaded || isolated) && !needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
     }
 

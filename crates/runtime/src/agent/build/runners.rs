@@ -275,7 +275,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
 fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> Option<ModuleKind> {
     match supervised {
         Some(supervised) => Some(supervised.isolation.kind(&surveyed.kind)),
-        None if surveyed.module.isolated.value => None,
+        None if surveyed.is_isolated => None,
         None => Some(surveyed.kind.clone()),
     }
 }

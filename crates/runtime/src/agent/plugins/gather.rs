@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use slate_module::{Level, Plugin};
+use slate_blackboard::interface::Descriptor;
+use slate_module::{Level, Plugin, Setup};
 
 use super::{PluginError, unknown};
 use crate::agent::composition::{Composition, LibraryOrigin};
@@ -149,7 +150,7 @@ impl<'a> Gathered<'a> {
 
     /// Collects a library, which must be of the plugin `expected`.
     pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
-        let (plugin, residence) = self.sources.open(file)?;
+        let (plugin, residence) = self.sources.open(file, &self.catalogue)?;
         if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
             return Err(other_plugin(file, &plugin, expected));
         }
@@ -201,7 +202,7 @@ impl<'a> Gathered<'a> {
         // A list may have loaded it.
         let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
         let Some(file) = entry.file.as_ref().filter(|_| !is_loaded) else { return };
-        if let Ok(outline) = LibraryOutline::read(&file.value) {
+        if let Ok(outline) = plugin::outline(&file.value) {
             let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
             self.catalogue.dormant.extend(kinds);
         }
@@ -225,7 +226,7 @@ impl<'a> PluginSources<'a> {
     }
 
     /// Loads a library for the modules of the configuration.
-    pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+    pub fn open(&self, file: &Path, catalogue: &Catalogue) -> Result<(Plugin, Residence), LibraryError> {
         self.check_file(file)?;
         let modules = self.configuration.modules();
         let are_isolated = |outline: &LibraryOutline| {
@@ -234,7 +235,8 @@ impl<'a> PluginSources<'a> {
                 own.peek().is_some() && own.all(|module| module.isolated.value)
             })
         };
-        let (plugin, _, residence) = plugin::load_for(file, self.program, are_isolated)?;
+        let (plugin, _, residence) =
+            plugin::load_for(file, self.program, || interfaces(catalogue), are_isolated)?;
         Ok((plugin, residence))
     }
 
@@ -268,6 +270,17 @@ pub(in crate::agent) fn catalogue(
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;
     Ok(gathered.done().0)
+}
+
+/// Returns the interfaces of a catalogue's modules.
+/// Those of modules that refuse an empty setup are left out.
+fn interfaces(catalogue: &Catalogue) -> Vec<&'static Descriptor> {
+    let descriptors = catalogue.kinds().filter_map(|kind| {
+        let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None, params: None };
+        let ports = kind.describe(&setup).ok()?.ports.into_iter();
+        Some(ports.map(|port| port.descriptor).collect::<Vec<_>>())
+    });
+    descriptors.flatten().collect()
 }
 
 /// Returns the catalogue of the host, without any plugin.

@@ -35,7 +35,7 @@ impl<'c> Reloader<'c> {
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
             return Err(PluginError::LinkedIn { name: name.into() });
         };
-        let (new, residence) = PluginSources::of(&composition).open(file)?;
+        let (new, residence) = PluginSources::of(&composition).open(file, &composition.catalogue)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }

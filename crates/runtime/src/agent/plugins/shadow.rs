@@ -48,7 +48,7 @@ impl<'c> ShadowRunner<'c> {
         }
         PluginSources::of(&composition).check_file(file)?;
         let program = composition.assembly.resources.arenas.program.as_deref();
-        let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
+        let (new, _, residence) = plugin::load_for(file, program, Vec::new, |_| false)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }

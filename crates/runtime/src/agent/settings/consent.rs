@@ -26,15 +26,13 @@ impl ConsentQuestion {
     /// Prepares the question for a module with new parameters.
     /// The module must be able to begin with them, as it does at the next start.
     pub fn of(surveyed: Surveyed<'_>, assembly: &Assembly) -> Self {
-        let Surveyed { module, kind, setup, params, .. } = surveyed;
+        let Surveyed { module, kind, is_isolated, setup, params, .. } = surveyed;
         let loaded = assembly.modules.get(&module.name.value);
         Self {
             kind: loaded.map_or_else(|| kind.clone(), |loaded| loaded.placed(&kind)),
             setup,
             params,
-            timeout: assembly
-                .resources
-                .timeout(&Arc::from(module.name.value.as_str()), module.isolated.value),
+            timeout: assembly.resources.timeout(&Arc::from(module.name.value.as_str()), is_isolated),
             place: module.name.span,
         }
     }
