@@ -5,8 +5,25 @@
 {'x': -0.44, 'y': 1.46, 'theta': -1.79}
 """
 
-from ._slate import AgentError, AgentUnreachable, NoAgent, Refused, VersionMismatch, __version__, agents
+from ._slate import AgentError, AgentUnreachable, Fixture, NoAgent, Refused, VersionMismatch, __version__, agents
 from .agent import Agent, connect
+from .module import (
+    Command,
+    Debug,
+    Field,
+    Inbox,
+    Input,
+    Interface,
+    Module,
+    Outbox,
+    Outcome,
+    Output,
+    Parameter,
+    Priority,
+    Queue,
+    Required,
+    Setup,
+)
 from .property import Property, Sample
 from .program import ProgramError, batch, program, run, start
 
@@ -14,11 +31,27 @@ __all__ = [
     "Agent",
     "AgentError",
     "AgentUnreachable",
+    "Command",
+    "Debug",
+    "Field",
+    "Fixture",
+    "Inbox",
+    "Input",
+    "Interface",
+    "Module",
     "NoAgent",
+    "Outbox",
+    "Outcome",
+    "Output",
+    "Parameter",
+    "Priority",
     "ProgramError",
     "Property",
+    "Queue",
     "Refused",
+    "Required",
     "Sample",
+    "Setup",
     "VersionMismatch",
     "__version__",
     "agents",

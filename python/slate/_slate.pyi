@@ -1,6 +1,11 @@
-"""Connections to agents: the compiled part of the package."""
+"""Connections to agents, and processes of modules: the compiled part of the package."""
 
+from collections.abc import Callable
 from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from .module import Module
 
 __version__: str
 
@@ -41,3 +46,112 @@ def agents() -> list[str]:
 
 def agent_of(process: int) -> str | None:
     """Name of the agent that a process runs; None if it runs none."""
+
+class Stamp:
+    """Time and number of a value."""
+
+    time: int
+    """Agent time of writing, ns."""
+    sequence: int
+    """Number of the value, from 1; 0 before the first write."""
+
+class Value:
+    """Value of an interface during a tick; its fields are attributes, its arrays views of numpy."""
+
+    def __getattr__(self, name: str) -> Any: ...
+    def __setattr__(self, name: str, value: Any) -> None: ...
+    def __getitem__(self, name: str) -> Any: ...
+    def __setitem__(self, name: str, value: Any) -> None: ...
+    def to_dict(self) -> dict[str, Any]:
+        """Copy of all fields, with lists for arrays."""
+
+class Received:
+    """Received value or message; its fields are attributes."""
+
+    def __getattr__(self, name: str) -> Any: ...
+    def __getitem__(self, name: str) -> Any: ...
+    def value(self) -> Value: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def stamp(self) -> Stamp: ...
+    def sender(self) -> int:
+        """Number of the message's sender."""
+    def refuse(self, reason: int) -> None:
+        """Refuses the message, with a reason that the interface defines (not 0)."""
+
+class Tick:
+    """Time, random numbers and log of a step."""
+
+    def now(self) -> int:
+        """Agent time, ns."""
+    def seconds(self) -> float:
+        """Agent time, s."""
+    def elapsed(self) -> float:
+        """Time since this module's last tick, s; 0 in the first."""
+    def number(self) -> int:
+        """Number of the tick, from 1."""
+    def unit(self) -> float:
+        """Random number uniform in [0, 1), from the module's own stream."""
+    def uniform(self, low: float, high: float) -> float:
+        """Random number uniform in [low, high)."""
+    def normal(self) -> float:
+        """Standard normal random number, mean 0 and stddev 1."""
+    def bits(self) -> int:
+        """64 random bits."""
+    def info(self, text: str, **fields: Any) -> None:
+        """Logs information for users; fields are read by tools."""
+    def warn(self, text: str, **fields: Any) -> None:
+        """Logs a problem with which the robot goes on."""
+    def error(self, text: str, **fields: Any) -> None:
+        """Logs a failure."""
+
+class Fixture:
+    """Test fixture of a module, without an agent: set inputs, tick, read outputs."""
+
+    def __init__(self, module: type[Module], **parameters: Any) -> None: ...
+    @property
+    def module(self) -> Any:
+        """The instance, whose state can be read."""
+    def set(self, port: str, *value: Any, **fields: Any) -> None:
+        """Sets an input: to a dict, or to the fields by their names."""
+    def push(self, port: str, *value: Any, **fields: Any) -> None:
+        """Puts a message into an inbox, or a value into a queue."""
+    def expire(self, port: str) -> None:
+        """Makes an input stale, as when its writer stopped."""
+    def params(self, **parameters: Any) -> None:
+        """Changes parameters, by their names."""
+    def advance(self, seconds: float) -> None:
+        """Advances the time."""
+    def waiting_for(self) -> str | None:
+        """Name of a required input without a value; None if the module can tick."""
+    def tick(self) -> int:
+        """Makes one step and returns the number of its outcome; an exception of the step is raised."""
+    def output(self, port: str) -> dict[str, Any] | None:
+        """Value that the last tick wrote; None if it wrote none."""
+    def priority(self, port: str) -> int | None:
+        """Priority with which the last tick sent a command; None if it sent none."""
+    def sent(self, port: str) -> list[dict[str, Any]]:
+        """Messages that the last tick sent."""
+    def log(self) -> list[tuple[int, str]]:
+        """Lines of the log so far: level (0 for an error, 1 a warning, 2 information) and text."""
+    def save(self) -> bytes:
+        """State as in a snapshot."""
+    def restore(self, state: bytes) -> None:
+        """Takes over a saved state."""
+
+def interface(name: str) -> dict[str, Any] | None:
+    """Fields of an interface that is well-known or of the agent; None for an unknown name."""
+
+def interfaces() -> set[str]:
+    """Names of the interfaces that are well-known or of the agent."""
+
+def encode_value(interface: dict[str, Any], value: dict[str, Any]) -> bytes:
+    """Bytes of a value of an interface without a tail."""
+
+def nanoseconds(text: str) -> int | None:
+    """Nanoseconds of a duration such as "200ms"; None if it is none."""
+
+def is_stage(name: str) -> bool:
+    """Returns true if a stage of the main loop has that name."""
+
+def serve_module(load: Callable[[Path, Path], list[type[Module]]]) -> None:
+    """Runs a module for the agent that has started this process, until its end."""

@@ -1,8 +1,9 @@
-//! Connections to agents, for the package `slate`.
+//! Connections to agents, and modules in Python, for the package `slate`.
 //!
-//! Values cross as JSON text, which Python's own module reads; the package gives them their shape.
+//! Values of a connection cross as JSON text, which Python's own module reads; the package gives them their shape.
 
 mod connection;
+mod host;
 mod worker;
 
 use pyo3::prelude::*;
@@ -12,6 +13,12 @@ use pyo3::prelude::*;
 mod _slate {
     #[pymodule_export]
     use super::connection::{AgentError, AgentUnreachable, Connection, NoAgent, Refused, VersionMismatch};
+
+    #[pymodule_export]
+    use super::host::{
+        CommandPort, DebugPort, Fixture, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Stamp,
+        Tick, Value, encode_value, interface, interfaces, is_stage, nanoseconds, serve_module,
+    };
 
     use pyo3::prelude::*;
     use slate_runtime::directory;

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import slate
 
-CHAPTER = Path(__file__).parents[2] / "book/src/47-python.md"
+BOOK = Path(__file__).parents[2] / "book/src"
+CHAPTER = BOOK / "47-python.md"
 
 
 class Book(unittest.TestCase):
@@ -29,6 +30,13 @@ class Book(unittest.TestCase):
             finally:
                 os.chdir(before)
         self.assertEqual(names["summary"]["seed"], 3)
+
+    def test_the_modules_of_the_book_run(self):
+        names = {"__name__": "book"}
+        chapter = (BOOK / "49-modules-in-python.md").read_text()
+        for block in re.findall(r"^```python\n(.*?)^```", chapter, re.M | re.S):
+            exec(block, names)
+        self.assertEqual(names["charger"].output("battery")["cells"], [12.1, 12.3])
 
 
 if __name__ == "__main__":
