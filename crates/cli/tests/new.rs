@@ -119,9 +119,41 @@ fn new_project_in_c_builds_is_tested_and_runs() {
     build_and_run("c-rover", "--c", &files);
 }
 
+/// The tests of the Python package test and run such a project; here is no interpreter with the package.
 #[test]
-fn new_project_has_one_language_and_no_name_of_cmake() {
+fn new_project_in_python_says_what_its_interpreter_needs() {
+    let running = Running::new("new-python");
+    let said = running.done(&["new", "py-rover", "--python"]);
+    for step in [
+        "python3 -m unittest",
+        "slate plugin info py_rover.py",
+        "slate run py-rover.toml",
+        "slate plugin reload py_rover",
+    ] {
+        assert!(said.contains(step), "{step}: {said}");
+    }
+    let folder = running.folder().join("py-rover");
+    for file in ["py_rover.py", "test_py_rover.py", "py-rover.toml", ".gitignore"] {
+        let content = std::fs::read_to_string(folder.join(file)).unwrap();
+        assert!(!content.contains("MODULE_KIND") && !content.contains("PROJECT_NAME"), "{file}: {content}");
+    }
+    assert!(!folder.join("Cargo.toml").exists() && !folder.join("target").exists());
+    for (interpreter, reason) in [("/nowhere/python3", "No such file"), ("/bin/false", "exit code 1")] {
+        let mut info = running.command(&["plugin", "info", "py-rover/py_rover.py"]);
+        let output = info.env("SLATE_PYTHON", interpreter).output().unwrap();
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        for word in [reason, interpreter, "install the package slate-robotics", "SLATE_PYTHON"] {
+            assert!(stderr.contains(word), "{word}: {stderr}");
+        }
+    }
+}
+
+#[test]
+fn new_project_has_one_language_and_no_reserved_name() {
     let running = Running::new("new-languages");
+    running.fails(2, &["new", "rover", "--python", "--cpp"], &["cannot be used with"]);
+    running.fails(2, &["new", "random", "--python"], &["a keyword or a module of Python"]);
     running.fails(2, &["new", "rover", "--cpp", "--c"], &["cannot be used with"]);
     running.fails(2, &["new", "rover", "--c", "--template", "mapek"], &["cannot be used with"]);
     running.fails(2, &["new", "help", "--cpp"], &["reserved by CMake"]);
