@@ -130,7 +130,9 @@ fn connect(py: Python<'_>, target: &Target) -> PyResult<Worker> {
         OpenError::Request(RequestError::HttpRefusal(denied)) => {
             refusal(py, denied.detail, denied.help, denied.code, denied.report)
         }
-        OpenError::Request(RequestError::AccessFailure(failure)) => AgentUnreachable::new_err(failure.to_string()),
+        OpenError::Request(RequestError::AccessFailure(failure)) => {
+            AgentUnreachable::new_err(failure.to_string())
+        }
     })?;
     Ok(Worker::start(client)?)
 }

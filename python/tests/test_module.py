@@ -390,13 +390,16 @@ class InLockstep(unittest.TestCase):
             [program(), "plugin", "info", project / "rover.py", "--json"], capture_output=True, text=True
         )
         self.assertEqual(json.loads(info.stdout)["modules"][0]["name"], "rover", info.stderr)
+        check = [program(), "check", project / "rover.toml", "--strict"]
+        checked = subprocess.run(check, capture_output=True, text=True)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
         out = project / "out"
         runs = [slate.run(project / "rover.toml", seed=seed, out=out / str(i)) for i, seed in enumerate((1, 1))]
         self.assertEqual(runs[0]["outcome"], "goal_reached", runs[0])
         self.assertEqual(runs[0]["digest"], runs[1]["digest"])
 
     def test_the_example_wanders_without_a_contact(self):
-        example = Path(__file__).parents[2] / "examples/python/wander.toml"
+        example = Path(__file__).parents[1] / "examples/wander/wander.toml"
         out = self.enterContext(tempfile.TemporaryDirectory())
         limit = {"modules.referee.params.time_limit": 15.0}
         summary = slate.run(example, seed=0, set=limit, out=out)

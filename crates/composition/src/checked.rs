@@ -79,7 +79,7 @@ impl<'a> CheckedComposition<'a> {
                 setup: surveyed.setup.clone(),
                 params: surveyed.params.clone(),
                 ports: surveyed.description.ports.clone(),
-                memory: surveyed.module.isolated.value.then_some(surveyed.module.isolation.memory),
+                memory: surveyed.is_isolated.then_some(surveyed.module.isolation.memory),
                 state: state.cloned(),
             };
             match (catalogue.set_up)(trial, Duration::from_nanos(self.configuration.hang().value)) {

@@ -78,7 +78,7 @@ impl Survey<'_> {
         let lockstep = configuration.time_source().is_some();
         let is_on_loop = |surveyed: &&Surveyed<'_>| {
             lockstep
-                || !surveyed.module.isolated.value
+                || !surveyed.is_isolated
                 || surveyed.trigger == Trigger::Stage
                 || needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
         };

@@ -40,7 +40,7 @@ pub fn has_enough_memory(surveyed: &Surveyed<'_>, collector: &mut DiagnosticColl
         shape.bytes(shape.capacity).saturating_mul(port.window.max(1))
     });
     let needed = values.fold(LEAST_MEMORY + description.params.size, usize::saturating_add) as u64;
-    let limit = wanted.memory_at.filter(|_| surveyed.module.isolated.value && wanted.memory < needed);
+    let limit = wanted.memory_at.filter(|_| surveyed.is_isolated && wanted.memory < needed);
     let Some(span) = limit else { return true };
     let message = format!(
         "`{}` may allocate {} bytes, and its ports and what every module needs have {needed}",

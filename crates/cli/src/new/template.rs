@@ -111,9 +111,10 @@ impl Template {
             Self::Mapek | Self::Module | Self::Plugin => {
                 ("target/debug/libKIND.so", "cargo test\n  cargo build")
             }
-            Self::Cpp | Self::C => {
-                ("build/libKIND.so", "cmake -B build && cmake --build build\n  ctest --test-dir build")
-            }
+            Self::Cpp | Self::C => (
+                "build/libKIND.so",
+                "cmake -B build && cmake --build build\n  ctest --test-dir build --output-on-failure",
+            ),
             Self::Python => ("KIND.py", "python3 -m unittest"),
         }
     }

@@ -78,8 +78,9 @@ fn interpreter() -> OsString {
 /// Returns the command that starts an interpreter for a module.
 pub(super) fn command() -> Command {
     let mut command = Command::new(interpreter());
-    // Without buffers, as the process may be killed; the order of sets is the same in each run.
-    command.args(["-u", "-m", "slate.host"]).env("PYTHONHASHSEED", "0");
+    // Not from the working folder, whose files may have names of Python's modules; without buffers, as the process may
+    // be killed; the order of sets is the same in each run.
+    command.args(["-P", "-u", "-m", "slate.host"]).env("PYTHONHASHSEED", "0");
     command
 }
 

@@ -19,7 +19,7 @@ class Follower(slate.Module, stage="Act", name="MODULE_KIND"):
 
     max_linear_velocity = slate.Parameter(0.4, range=(0.0, 1.2), unit="m/s", doc="maximum linear velocity")
     gain = slate.Parameter(
-        2.0, range=(0.0, 10.0), unit="1/s", doc="linear velocity per metre of distance to the target"
+        2.0, range=(0.0, 10.0), unit="1/s", doc="linear velocity per meter of distance to the target"
     )
     goal_tolerance = slate.Parameter(
         0.05, range=(0.0, 1.0), unit="m", doc="distance from the target that counts as reached"
