@@ -148,7 +148,7 @@ def encode_value(interface: dict[str, Any], value: dict[str, Any]) -> bytes:
     """Bytes of a value of an interface without a tail."""
 
 def nanoseconds(text: str) -> int | None:
-    """Nanoseconds of a duration such as "200ms"; None if it is none."""
+    """Nanoseconds of a duration such as "200ms"; None for other text."""
 
 def is_stage(name: str) -> bool:
     """Returns true if a stage of the main loop has that name."""

@@ -84,7 +84,7 @@ pub fn encode_value(interface: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> P
     Ok(PyBytes::new(interface.py(), bytes).unbind())
 }
 
-/// Nanoseconds of a duration such as "200ms"; None if it is none.
+/// Nanoseconds of a duration such as "200ms"; None for other text.
 #[pyfunction]
 pub fn nanoseconds(text: &str) -> Option<u64> {
     parse_duration(text)
