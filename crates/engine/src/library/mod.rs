@@ -6,6 +6,7 @@ mod elf_headers;
 mod known;
 mod open;
 mod outline;
+mod runtime_of_cpp;
 mod seal;
 
 use std::path::PathBuf;

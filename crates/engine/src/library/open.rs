@@ -12,6 +12,7 @@ use slate_module::table::{ABI, RobotCall};
 use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable, read_robot};
 
 use super::copy::PrivateCopy;
+use super::runtime_of_cpp::CppRuntime;
 use super::{LibraryError, LibraryOutline};
 
 /// Open library, a copy under a name of its own.
@@ -140,6 +141,7 @@ pub(crate) fn open(
     outline: &LibraryOutline,
 ) -> Result<Plugin, LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
+    let _runtime = CppRuntime::open(&library.copy);
     // SAFETY: opening runs the library's initializers, which is what loading a plugin means; it was checked to be a
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }

@@ -39,7 +39,7 @@ fn needs(description: &Description) -> impl Iterator<Item = &'static Descriptor>
     wanted.filter(|wanted| aspects::services().all(|own| own.hash != wanted.hash))
 }
 
-/// Returns stand-ins for the providers that do not run and are needed.
+/// Returns stubs of the providers that do not run and are needed.
 ///
 /// # Errors
 /// When no module can replace such a provider.

@@ -12,7 +12,7 @@ pub enum PluginError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// Misfit with the configuration.
+    /// Mismatch with the configuration.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Unfit(#[from] Report),

@@ -23,7 +23,7 @@ const NEWS: u64 = 2;
 /// Polling interval for a stop while a thread waits for a synchronization point.
 const POLL_PERIOD: Duration = Duration::from_millis(10);
 
-/// Thread as its module and its keeper see it.
+/// Thread as its module and its owner see it.
 pub(super) struct ModuleThread {
     pub name: Arc<str>,
     state: AtomicU32,
