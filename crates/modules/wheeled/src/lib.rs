@@ -50,6 +50,7 @@ pub mod track_filter;
 pub mod tracks;
 pub mod traveled_pose;
 pub mod twist_estimator;
+pub mod velocity_control;
 
 use slate_plugin::mapek::{
     ActuatorBlock, AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
@@ -60,6 +61,7 @@ use slate_plugin::prelude::*;
 plugin!(
     arrival::Arrival,
     skid_steer_interface::SkidSteerInterface,
+    velocity_control::VelocityControl,
     SensorBlock<held_robot_sensor::HeldRobotSensor>,
     SensorBlock<laser_ring::LaserRing>,
     SensorBlock<median_sonar::MedianSonar>,

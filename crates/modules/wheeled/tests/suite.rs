@@ -11,3 +11,4 @@ mod others;
 mod plans;
 mod reflexes;
 mod strategies;
+mod velocity_control;

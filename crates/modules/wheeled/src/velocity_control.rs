@@ -1,0 +1,54 @@
+//! Drive at a commanded velocity, for robots without blocks.
+
+use slate_plugin::interfaces::{Chassis, Twist2, WheelSpeeds};
+use slate_plugin::mapek::{Kinematics, Steering};
+use slate_plugin::prelude::*;
+
+/// Ports of [`VelocityControl`].
+#[ports]
+pub struct VelocityControlIo {
+    /// Geometry and limits of the robot.
+    chassis: Input<Chassis>,
+    /// Velocity that the robot should have, until the next one.
+    velocity: Input<Twist2>,
+    /// Speeds of the two wheels.
+    wheels: Command<WheelSpeeds>,
+}
+
+/// Drives a robot with two wheels at a commanded velocity.
+///
+/// If a wheel exceeds its limit, both are slowed by one factor, so that the robot keeps its curve. Without a velocity, or
+/// with one that is no number, the gate has its safe command.
+pub struct VelocityControl;
+
+#[module(stage = Act)]
+impl Module for VelocityControl {
+    type Io = VelocityControlIo;
+    type Params = ();
+    type State = ();
+
+    fn tick((): &mut (), io: &VelocityControlIo, (): &(), _: &Tick) -> Outcome {
+        let (Some(chassis), Some(velocity)) = (io.chassis.get(), io.velocity.get()) else {
+            return Outcome::Ok;
+        };
+        if !velocity.linear.is_finite() || !velocity.angular.is_finite() {
+            return Outcome::Degraded;
+        }
+        io.wheels.send(wheels(chassis, *velocity), Priority::Plan);
+        Outcome::Ok
+    }
+}
+
+/// Returns the wheel speeds for a velocity, within the limit of the wheels.
+fn wheels(chassis: &Chassis, velocity: Twist2) -> WheelSpeeds {
+    let kinematics = Kinematics {
+        wheel_radius: chassis.wheel_radius,
+        track: chassis.track,
+        steering: Steering::DIFFERENTIAL,
+    };
+    let WheelSpeeds { left, right } = kinematics.wheels_for(velocity);
+    let fastest = math::max(left.abs(), right.abs());
+    let share =
+        if fastest > chassis.maximum_wheel_speed { chassis.maximum_wheel_speed / fastest } else { 1.0 };
+    WheelSpeeds { left: share * left, right: share * right }
+}
