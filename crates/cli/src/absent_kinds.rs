@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 
 use slate::runtime::ErrorCode;
 use slate::runtime::configuration::{Configuration, Report};
-use slate_robotics_cli::FEATURES;
+
+use crate::FEATURES;
 
 /// Each feature that brings modules, and their kinds.
-const KINDS: [(&str, &[&str]); 4] = [
+pub const KINDS: [(&str, &[&str]); 4] = [
     (
         "drivers",
         &[
@@ -81,7 +82,11 @@ pub fn check_kinds(configuration: &Configuration) -> Result<(), Report> {
     check_built(configuration, |feature| FEATURES.contains(&(feature, true)))
 }
 
-fn check_built(configuration: &Configuration, is_built: impl Fn(&str) -> bool) -> Result<(), Report> {
+/// Checks as [`check_kinds`], for a program with other features.
+///
+/// # Errors
+/// One for all modules that need missing features.
+pub fn check_built(configuration: &Configuration, is_built: impl Fn(&str) -> bool) -> Result<(), Report> {
     // A library may bring a kind of the same name.
     if configuration.plugins().iter().any(|plugin| plugin.members.is_none()) {
         return Ok(());
@@ -106,52 +111,4 @@ fn check_built(configuration: &Configuration, is_built: impl Fn(&str) -> bool) -
     let features = features.into_iter().collect::<Vec<_>>().join(",");
     let help = format!("build it with: cargo build --release --features {features}");
     Err(configuration.diagnostic(first.kind.span, ErrorCode::Feature.of(message), Some(help)).into())
-}
-
-#[cfg(test)]
-mod tests {
-    use slate::module::Plugin;
-    use slate::runtime::configuration::Options;
-
-    use super::*;
-
-    const PATROL: &str = "[modules]\n\
-        plan.kind = \"petri_net_plan\"\nknowledge.kind = \"mission_knowledge\"\nmap.kind = \"map_server\"\n\
-        [links]\n\"plan/fact\" = \"knowledge/fact\"\n";
-
-    #[test]
-    fn modules_of_missing_features_are_one_error_that_names_them() {
-        let configuration = Configuration::from_text("patrol.toml", PATROL, &Options::default()).unwrap();
-        let report = check_built(&configuration, |_| false).unwrap_err().to_string();
-        assert_eq!(report.lines().count(), 1, "{report}");
-        for words in [
-            "`missions` and `navigation`",
-            "plan (petri_net_plan)",
-            "cargo build --release --features missions,navigation",
-        ] {
-            assert!(report.contains(words), "{words}: {report}");
-        }
-        assert!(check_built(&configuration, |_| true).is_ok());
-    }
-
-    #[test]
-    #[cfg(all(feature = "drivers", feature = "lua", feature = "missions", feature = "navigation"))]
-    fn features_list_the_kinds_of_their_plugins() {
-        let kinds = |plugins: &[Plugin]| -> BTreeSet<String> {
-            plugins.iter().flat_map(Plugin::kinds).map(|kind| kind.name().to_owned()).collect()
-        };
-        let listed = |features: &[&str]| -> BTreeSet<String> {
-            let listed = KINDS.iter().filter(|(feature, _)| features.contains(feature));
-            listed.flat_map(|(_, kinds)| *kinds).map(|kind| (*kind).to_owned()).collect()
-        };
-        assert_eq!(listed(&["drivers"]), kinds(&[slate_arcos::plugin(), slate_drivers::plugin()]));
-        assert_eq!(listed(&["lua", "missions"]), kinds(&[slate_executive::plugin()]));
-        let navigation = [
-            slate_exploration::plugin(),
-            slate_localization::plugin(),
-            slate_navigation::plugin(),
-            slate_slam::plugin(),
-        ];
-        assert_eq!(listed(&["navigation"]), kinds(&navigation));
-    }
 }

@@ -47,7 +47,8 @@ pub struct BatchOptions {
     pub jobs: Option<u16>,
 
     /// Folder of the statistics:
-    /// `batch.txt` as printed, and `batch.json` as with `--json`
+    /// `batch.txt` as printed, `batch.json` as with `--json`,
+    /// and `batch.jsonl` with the summary of each run in a line
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -69,7 +70,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     let batch = Batch::of(&summaries).out_of(options.runs);
     output::line(&batch);
     if let Some(folder) = folder {
-        write(&folder, &batch)?;
+        write(&folder, &batch, &summaries)?;
     }
     if options.common.json {
         output::document("slate.batch/1", &batch);
@@ -78,7 +79,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
 }
 
 /// Writes the statistics into a folder.
-fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
+fn write(folder: &Folder, batch: &Batch, summaries: &[Summary]) -> Result<(), RunError> {
     let figures = output::named("slate.batch/1", batch).map(|figures| format!("{figures}\n"));
     let number = keep_earlier(&folder.path)?;
     let write = |name: &str, text: std::io::Result<String>| {
@@ -88,6 +89,8 @@ fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
     };
     write("batch.txt", Ok(batch.to_string()))?;
     write("batch.json", figures.map_err(Into::into))?;
+    let line = |summary| serde_json::to_string(summary).map(|line| format!("{line}\n"));
+    write("batch.jsonl", summaries.iter().map(line).collect::<Result<_, _>>().map_err(Into::into))?;
     if let Some(number) = number {
         let earlier = folder.path.join(format!("batch-{number}.json"));
         eprintln!("the statistics that were there before: {}", slate::runtime::printable(&earlier));
@@ -98,7 +101,7 @@ fn write(folder: &Folder, batch: &Batch) -> Result<(), RunError> {
 /// Renames existing statistics in a folder with the next free number; returns it.
 /// Such as `batch-1.json`, as recordings do.
 fn keep_earlier(folder: &Path) -> Result<Option<u64>, RunError> {
-    const STATISTICS_EXTENSIONS: [&str; 2] = ["txt", "json"];
+    const STATISTICS_EXTENSIONS: [&str; 3] = ["txt", "json", "jsonl"];
     let is_there = |name: String| folder.join(name).exists();
     if !STATISTICS_EXTENSIONS.iter().any(|file| is_there(format!("batch.{file}"))) {
         return Ok(None);

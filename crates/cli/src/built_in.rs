@@ -1,5 +1,8 @@
 //! Robots and modules built into the `slate` command.
 
+pub mod absent_kinds;
+pub mod examples;
+
 /// Name of each feature, and whether it is built in.
 pub const FEATURES: [(&str, bool); 14] = [
     ("console", cfg!(feature = "console")),

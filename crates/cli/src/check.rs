@@ -104,7 +104,7 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     let (mut findings, mut counts) = (Findings::default(), CompositionCounts::default());
     let names = match &options.agent {
         Some(name) => vec![Some(name.clone())],
-        None => match examples::agents(&options.name, options.host.as_deref()) {
+        None => match examples::agents(&options.name, options.host.as_deref()).map_err(Failure::from) {
             Ok(agents) if agents.is_empty() => vec![None],
             Ok(agents) => agents.into_iter().map(Some).collect(),
             Err(Failure::Configuration(report)) => {
@@ -133,7 +133,7 @@ fn check_agent(
 ) -> Result<(), Failure> {
     let find = |more: Option<String>| {
         let sets = options.set.iter().cloned().chain(more).collect();
-        examples::find(&options.name, agent, Vec::new(), sets, options.host.as_deref())
+        examples::find(&options.name, agent, Vec::new(), sets, options.host.as_deref()).map_err(Failure::from)
     };
     let application = match find(None).map_err(as_report) {
         Ok(application) => application,

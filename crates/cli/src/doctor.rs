@@ -317,7 +317,7 @@ fn ports() -> HealthFinding {
 }
 
 fn configuration(name: &str) -> HealthFinding {
-    let found = examples::find(name, None, Vec::new(), Vec::new(), None);
+    let found = examples::find(name, None, Vec::new(), Vec::new(), None).map_err(Failure::from);
     match found.and_then(|application| modules_of(&application)) {
         Ok(modules) => HealthFinding::good("configuration", format!("{name} fits, with {modules} modules")),
         Err(failure) => {

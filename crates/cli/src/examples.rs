@@ -1,15 +1,104 @@
+//! Examples and configurations by name, with the modules of the command.
+
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::runtime::configuration::{Configuration, Database, Options, Variant, parse_change};
-use slate::runtime::snapshot::Snapshot;
-use slate_robotics_cli::FEATURES;
-use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
+use slate::runtime::configuration::{Configuration, Database, Options, Report, Variant, parse_change};
+use slate::runtime::plugin::LibraryError;
+use slate::runtime::snapshot::{Snapshot, SnapshotError};
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, output};
 
+use crate::FEATURES;
 use crate::absent_kinds::check_kinds;
-use crate::failure::Failure;
-use crate::output;
+
+/// Error of finding an application.
+#[derive(Debug, thiserror::Error)]
+pub enum ExampleError {
+    /// Neither an example nor a file.
+    #[error("no example or file is named `{name}`")]
+    Unknown {
+        /// Requested name.
+        name: String,
+        /// Advice.
+        help: String,
+    },
+    /// Folder in the place of a file.
+    #[error("`{}` is a folder, not a configuration file", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Configuration file in it, if any.
+        inside: Option<PathBuf>,
+    },
+    /// Library of modules that defines no robot.
+    #[error("the library `{}` brings modules, and no robot", .path.display())]
+    NoRobot {
+        /// The library.
+        path: PathBuf,
+    },
+    /// Pipe or device.
+    #[error("`{}` is a pipe or a device: expected a regular file, as a configuration is read more than once", .path.display())]
+    Unseekable {
+        /// The pipe or device.
+        path: PathBuf,
+    },
+    /// Example of a feature that is not built in.
+    #[error("{what} is not built in")]
+    NotBuilt {
+        /// Missing part.
+        what: String,
+        /// Feature of the command.
+        feature: &'static str,
+    },
+    /// Setting that chooses another variant than a snapshot has.
+    #[error("`--set {set}` has no effect: a resumed run keeps the variant of its snapshot")]
+    OtherVariant {
+        /// The setting.
+        set: String,
+    },
+    /// Invalid configuration.
+    #[error("{0}")]
+    Configuration(#[from] Report),
+    /// Unsuitable library.
+    #[error("{0}")]
+    Library(#[from] LibraryError),
+    /// Unsuitable snapshot.
+    #[error("{0}")]
+    Snapshot(#[from] SnapshotError),
+    /// File that can't be read.
+    #[error("`{path}` can't be used: {source}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+}
+
+impl ExampleError {
+    /// Returns the advice, if any.
+    pub fn help(&self) -> Option<String> {
+        use miette::Diagnostic;
+        Some(match self {
+            Self::Unknown { help, .. } => help.clone(),
+            Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
+            Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
+            Self::NoRobot { .. } => {
+                "export one, `plugin!(...; robot = rover)`, or run a configuration that names the library as a plugin".into()
+            }
+            Self::Unseekable { .. } => "write the configuration into a file".into(),
+            Self::NotBuilt { feature, .. } => {
+                format!("build it with the feature `{feature}`: cargo build --release --features {feature}")
+            }
+            Self::OtherVariant { .. } => "omit it, or run the example without --resume".into(),
+            Self::Library(error) => error.help.clone(),
+            Self::Snapshot(error) => error.help()?.to_string(),
+            Self::Configuration(_) | Self::File { .. } => return None,
+        })
+    }
+}
 
 /// Example that is linked into the command.
 struct Example {
@@ -56,7 +145,7 @@ struct FileExample {
     features: &'static [&'static str],
 }
 
-const FILE_EXAMPLES: [FileExample; 22] = [
+const FILE_EXAMPLES: [FileExample; 24] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -184,6 +273,18 @@ const FILE_EXAMPLES: [FileExample; 22] = [
         features: &[],
     },
     FileExample {
+        name: "exp1_policy",
+        about: "EXP1's robot at velocities of a program, such as a policy that learns",
+        file: "exp1/exp1_policy.toml",
+        features: &[],
+    },
+    FileExample {
+        name: "navigation_policy",
+        about: "a robot with a laser in an office, at velocities of a program",
+        file: "office/navigation_policy.toml",
+        features: &[],
+    },
+    FileExample {
         name: "team",
         about: "eight robots that explore an arena and tell each other what they find",
         file: "team/team.toml",
@@ -198,12 +299,28 @@ impl FileExample {
     }
 
     /// Returns its file.
-    /// It is in the sources that this program was built from, or else in those of the working folder.
+    /// It is in the installed folder, or else in the sources that this program was built from, or of the working folder.
     fn path(&self) -> Option<PathBuf> {
-        let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(self.file);
-        let here = Path::new("examples").join(self.file);
-        [built, here].into_iter().find(|path| path.is_file())
+        let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).into();
+        let folders = installed().into_iter().chain([built, "examples".into()]);
+        folders.map(|folder: PathBuf| folder.join(self.file)).find(|path| path.is_file())
     }
+}
+
+/// Folder of the examples' files, given by a program of which this is a part.
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// Sets the folder of the examples' files; the first call counts.
+pub fn set_folder(folder: PathBuf) {
+    // A second folder is that of the same package.
+    let _ = FOLDER.set(folder);
+}
+
+/// Returns the folder of the examples' files that a package has installed.
+/// It is `share/slate/examples` beside the folder of the program, unless [set](set_folder).
+fn installed() -> Option<PathBuf> {
+    let beside = || Some(std::env::current_exe().ok()?.parent()?.parent()?.join("share/slate/examples"));
+    FOLDER.get().cloned().or_else(beside)
 }
 
 /// Returns the file of a name: an example's, or that of the name itself.
@@ -222,7 +339,7 @@ fn missing_feature_of(file: &Path) -> Option<&'static str> {
 }
 
 /// Creates an application with the modules that are linked into the command.
-fn application(name: &str, database: Database) -> Result<Application, Failure> {
+fn application(name: &str, database: Database) -> Result<Application, ExampleError> {
     check_kinds(&database.current())?;
     Ok(Application::new(name, database, plugins()))
 }
@@ -257,7 +374,7 @@ pub fn plugins() -> Vec<Plugin> {
 }
 
 /// Returns the agents that a file describes, if it describes several.
-pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
+pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, ExampleError> {
     let path = file_of(name);
     if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() || is_library(&path) {
         return Ok(Vec::new());
@@ -272,11 +389,12 @@ fn is_library(path: &Path) -> bool {
 
 /// Returns the robot configuration of a library, and the setting that loads it.
 /// The setting makes the library its plugin.
-fn robot_of(path: &Path) -> Result<(String, String), Failure> {
+fn robot_of(path: &Path) -> Result<(String, String), ExampleError> {
     let Some((plugin, text)) = slate::runtime::plugin::robot_of(path)? else {
-        return Err(Failure::NoRobot { path: path.into() });
+        return Err(ExampleError::NoRobot { path: path.into() });
     };
-    let file = std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source })?;
+    let file =
+        std::path::absolute(path).map_err(|source| ExampleError::File { path: path.into(), source })?;
     let file = file.display().to_string();
     Ok((text, format!("plugins.{}.file={file:?}", plugin.name())))
 }
@@ -295,7 +413,7 @@ pub fn find(
     defaults: Vec<String>,
     sets: Vec<String>,
     host: Option<&Path>,
-) -> Result<Application, Failure> {
+) -> Result<Application, ExampleError> {
     let options = |sets| Options {
         defaults: defaults.clone(),
         sets,
@@ -313,13 +431,13 @@ pub fn find(
     let path = file_of(name);
     let path = path.as_path();
     if let Some(feature) = missing_feature_of(path) {
-        return Err(Failure::NotBuilt { what: format!("what `{name}` runs"), feature });
+        return Err(ExampleError::NotBuilt { what: format!("what `{name}` runs"), feature });
     }
     if path.is_dir() {
-        return Err(Failure::Folder { path: path.into(), inside: first_toml(path) });
+        return Err(ExampleError::Folder { path: path.into(), inside: first_toml(path) });
     }
     if path.exists() && !path.is_file() {
-        return Err(Failure::Unseekable { path: path.into() });
+        return Err(ExampleError::Unseekable { path: path.into() });
     }
     if !path.is_file() {
         let near = nearest_names(name, names());
@@ -328,7 +446,7 @@ pub fn find(
             Some(near) => format!("did you mean `{near}`? Examples: {all}; or name a configuration file"),
             None => format!("examples: {all}; or name a configuration file"),
         };
-        return Err(Failure::Unknown { name: name.into(), help });
+        return Err(ExampleError::Unknown { name: name.into(), help });
     }
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
     let stem = if is_library(path) { stem.trim_start_matches("lib").to_owned() } else { stem };
@@ -350,7 +468,7 @@ pub fn find(
 
 /// Returns the application of a snapshot, with its configuration of that time.
 /// `sets` override it.
-pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
+pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, ExampleError> {
     let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
     let database = snapshot.configuration(sets.clone())?;
     let configuration = database.current();
@@ -360,7 +478,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
         Variant::chosen(&configuration).any(|variant| variant.choice == path)
     };
     if let Some(set) = sets.into_iter().find(is_variant) {
-        return Err(Failure::OtherVariant { set });
+        return Err(ExampleError::OtherVariant { set });
     }
     application(&name, database)
 }
@@ -370,8 +488,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     EXAMPLES.iter().map(|example| example.name).chain(FILE_EXAMPLES.iter().map(|example| example.name))
 }
 
-/// Lists the examples.
-pub fn list(json: bool) -> Result<bool, Failure> {
+/// Prints the examples.
+pub fn list(json: bool) {
     if json {
         let one = |example: &Example| serde_json::json!({"name": example.name, "about": example.about});
         let file = |example: &FileExample| {
@@ -382,7 +500,7 @@ pub fn list(json: bool) -> Result<bool, Failure> {
         };
         let all: Vec<_> = EXAMPLES.iter().map(one).chain(FILE_EXAMPLES.iter().map(file)).collect();
         output::document("slate.examples/1", &serde_json::json!({ "examples": all }));
-        return Ok(true);
+        return;
     }
     for example in &EXAMPLES {
         output::line(format_args!("{:12} {}", example.name, example.about));
@@ -395,5 +513,4 @@ pub fn list(json: bool) -> Result<bool, Failure> {
             example.name, example.about, example.file
         ));
     }
-    Ok(true)
 }

@@ -4,7 +4,6 @@
 #[macro_use(eprint, eprintln)]
 extern crate slate_run;
 
-mod absent_kinds;
 mod api;
 mod arguments;
 mod bag;
@@ -23,7 +22,6 @@ mod doctor;
 mod duration;
 mod endpoint;
 mod evaluate;
-mod examples;
 #[cfg(feature = "console")]
 mod export;
 mod failure;
@@ -80,6 +78,7 @@ use clap::{ColorChoice, CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Verb};
 use failure::Failure;
+use slate_robotics_cli::examples;
 use slate_run::{clock, number, output, scene};
 
 fn main() -> ExitCode {
@@ -140,7 +139,10 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Replay(options) => return replay::replay(options),
         Verb::Try(options) => return replay::try_module(options),
         Verb::Batch(options) => batch::batch(options),
-        Verb::Examples { json } => examples::list(*json),
+        Verb::Examples { json } => {
+            examples::list(*json);
+            Ok(true)
+        }
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
         Verb::Link(options) => link::link(options),

@@ -35,12 +35,13 @@ pub fn run(verb: &RunVerb) -> Result<u8, Failure> {
 fn application(verb: &RunVerb, snapshot: Option<&Snapshot>) -> Result<Application, Failure> {
     let RunVerb { name, agent, options, .. } = verb;
     let (defaults, sets) = (options.defaults(), options.sets());
-    match (name, snapshot) {
+    let found = match (name, snapshot) {
         // The snapshot has what suited the terminal of the other run.
         (None, Some(snapshot)) => examples::of(snapshot, [defaults, sets].concat()),
         (name, _) => {
             let (name, host) = (name.as_deref().unwrap_or_default(), options.common.host.as_deref());
             examples::find(name, agent.as_deref(), defaults, sets, host)
         }
-    }
+    };
+    Ok(found?)
 }

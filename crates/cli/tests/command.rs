@@ -273,6 +273,9 @@ fn a_batch_keeps_its_statistics_in_a_folder() {
     let output = slate(&folder, &["batch", "exp1", "--runs", "2", "--seed", "1", "--json", "--out", "here"]);
     let read = |name: &str| std::fs::read_to_string(folder.join("here").join(name)).unwrap();
     assert_eq!(read("batch.txt") + "\n" + &read("batch.json"), text(&output.stdout));
+    let lines = read("batch.jsonl");
+    let summaries = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    assert_eq!(summaries.map(|summary| summary["seed"].as_u64()).collect::<Vec<_>>(), [Some(1), Some(2)]);
     // Another batch keeps those that were there.
     let before = read("batch.json");
     let output = slate(&folder, &["batch", "exp1", "--runs", "1", "--seed", "1", "--out", "here"]);

@@ -1,5 +1,6 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
+mod absent_kinds;
 #[path = "bag/main.rs"]
 mod bag;
 mod batch;

@@ -31,13 +31,8 @@ impl Failure {
                 format!("build it with the feature `{feature}`: cargo build --release --features {feature}")
             }
             Self::Configuration(report) if report.error_code() == Some(ErrorCode::Kind) => parts_not_built()?,
-            Self::Unknown { help, .. } | Self::NoModule { help, .. } => help.clone(),
-            Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
-            Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
-            Self::NoRobot { .. } => {
-                "export one, `plugin!(...; robot = rover)`, or run a configuration that names the library as a plugin".into()
-            }
-            Self::Unseekable { .. } => "write the configuration into a file".into(),
+            Self::Example(error) => error.help()?,
+            Self::NoModule { help, .. } => help.clone(),
             Self::Start(error) => error.help()?.to_string(),
             Self::Bag(error) => bag(error)?,
             Self::Snapshot(error) => error.help()?.to_string(),
@@ -54,7 +49,6 @@ impl Failure {
                 "`slate run {name}` runs it once, until Ctrl-C; for a batch, name the property that ends a run in [mission], or \
                  choose a variant with one"
             ),
-            Self::OtherVariant { .. } => "omit it, or run the example without --resume".into(),
             Self::SeveralResumed { agents } => format!("name the agent, such as --agent {}", agents.first()?),
             Self::ProjectName { .. } => "choose another name, such as `wall-follower`".into(),
             Self::Taken { .. } => "choose another name, or another working folder".into(),

@@ -14,6 +14,7 @@ use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{ErrorCode, StartError};
+use slate_robotics_cli::examples::ExampleError;
 use slate_run::RunError;
 
 use crate::condition::ConditionError;
@@ -43,14 +44,9 @@ pub enum Failure {
     Words(clap::Error),
     #[error("unexpected option `{option}` before the command")]
     Leading { option: String, near: Option<String>, verb: Option<String> },
-    #[error("no example or file is named `{name}`")]
-    Unknown { name: String, help: String },
-    #[error("`{}` is a folder, not a configuration file", .path.display())]
-    Folder { path: PathBuf, inside: Option<PathBuf> },
-    #[error("the library `{}` brings modules, and no robot", .path.display())]
-    NoRobot { path: PathBuf },
-    #[error("`{}` is a pipe or a device: expected a regular file, as a configuration is read more than once", .path.display())]
-    Unseekable { path: PathBuf },
+    /// Error of finding an application that no other verb has.
+    #[error("{0}")]
+    Example(ExampleError),
     #[error("the last seed of the batch is greater than {}", i64::MAX)]
     Seeds,
     #[error("{0}")]
@@ -104,8 +100,6 @@ pub enum Failure {
     SeveralAgents { running: Vec<String> },
     #[error("agent `{name}` is not running here, and is unknown to the running agents: {}", .running.join(", "))]
     Unmet { name: String, running: Vec<String> },
-    #[error("`--set {set}` has no effect: a resumed run keeps the variant of its snapshot")]
-    OtherVariant { set: String },
     #[error("{0}")]
     Agent(#[from] ClientError),
     #[error("{0}")]
@@ -205,6 +199,19 @@ impl From<RunError> for Failure {
             RunError::Memory(error) => Self::Memory(error),
             RunError::File { path, source } => Self::File { path, source },
             other => Self::Run(other),
+        }
+    }
+}
+
+impl From<ExampleError> for Failure {
+    fn from(error: ExampleError) -> Self {
+        match error {
+            ExampleError::Configuration(report) => Self::Configuration(report),
+            ExampleError::Library(error) => Self::Library(error),
+            ExampleError::Snapshot(error) => error.into(),
+            ExampleError::File { path, source } => Self::File { path, source },
+            ExampleError::NotBuilt { what, feature } => Self::NotBuilt { what, feature },
+            other => Self::Example(other),
         }
     }
 }
