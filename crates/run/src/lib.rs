@@ -43,6 +43,7 @@ pub use error::RunError;
 pub use finding::ConfigurationFinding;
 pub use folder::Folder;
 pub use mission::{Finished, MissionOptions, MissionRun};
+pub use observation::{JudgeMetrics, JudgeVerdict, Observation};
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
 pub use robot::RunRobot;

@@ -14,6 +14,7 @@ use crate::RunError;
 
 /// Robot that the report follows.
 pub struct ObservedRobot<P = Arc<Property>> {
+    /// Name in `[report.robots]`.
     pub name: String,
     pose: P,
     /// Field of the property that has the pose; empty for the whole.
@@ -60,6 +61,7 @@ pub struct JudgeVerdict {
     pub state: String,
     /// Outcome, such as `GOAL_REACHED`; empty or `OTHER` if the judge names none.
     outcome: String,
+    /// Reason, such as `goal reached`.
     pub reason: String,
 }
 
@@ -124,6 +126,9 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
 
 impl<P: PropertyFacts> Observation<P> {
     /// Finds the properties that the configuration names.
+    ///
+    /// # Errors
+    /// Unknown keys in `[report]`, and properties that are absent or of another interface.
     pub fn new(
         configuration: &Configuration,
         index: &impl PropertyIndex<Property = P>,
