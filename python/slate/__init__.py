@@ -5,7 +5,17 @@
 {'x': -0.44, 'y': 1.46, 'theta': -1.79}
 """
 
-from ._slate import AgentError, AgentUnreachable, Fixture, NoAgent, Refused, VersionMismatch, __version__, agents
+from ._slate import (
+    AgentError,
+    AgentUnreachable,
+    ConfigurationError,
+    Fixture,
+    NoAgent,
+    Refused,
+    VersionMismatch,
+    __version__,
+    agents,
+)
 from .agent import Agent, connect
 from .module import (
     Command,
@@ -25,13 +35,17 @@ from .module import (
     Setup,
 )
 from .property import Property, Sample
-from .program import ProgramError, batch, program, run, start
+from .program import BatchTable, ProgramError, RunResult, batch, program, run, start
+from .recording import Recording, Topic, open_recording
+from .simulation import SimulatedProperty, Simulation
 
 __all__ = [
     "Agent",
     "AgentError",
     "AgentUnreachable",
+    "BatchTable",
     "Command",
+    "ConfigurationError",
     "Debug",
     "Field",
     "Fixture",
@@ -48,15 +62,21 @@ __all__ = [
     "ProgramError",
     "Property",
     "Queue",
+    "Recording",
     "Refused",
     "Required",
+    "RunResult",
     "Sample",
     "Setup",
+    "SimulatedProperty",
+    "Simulation",
+    "Topic",
     "VersionMismatch",
     "__version__",
     "agents",
     "batch",
     "connect",
+    "open_recording",
     "program",
     "run",
     "start",

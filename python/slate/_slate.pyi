@@ -1,6 +1,6 @@
-"""Connections to agents, and processes of modules: the compiled part of the package."""
+"""Connections to agents, simulations, recordings, and processes of modules: the compiled part of the package."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -155,3 +155,60 @@ def is_stage(name: str) -> bool:
 
 def serve_module(load: Callable[[Path, Path], list[type[Module]]]) -> None:
     """Runs a module for the agent that has started this process, until its end."""
+
+class ConfigurationError(Exception):
+    """Example or configuration that can't run."""
+
+    help: str | None
+    """What to do."""
+    report: str | None
+    """File, line and caret of mistakes in a configuration."""
+
+class Probe:
+    """Numbers of several properties, read at once."""
+
+    @property
+    def length(self) -> int:
+        """Number of numbers."""
+
+class DrivenInput:
+    """Input of numbers that is set in each cycle."""
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the fields, in order."""
+
+class SteppedAgent:
+    """Agent in lockstep that runs in this process, one cycle at a time."""
+
+    def __init__(
+        self,
+        name: str,
+        sets: Sequence[str],
+        program: PathLike[str] | None = None,
+        examples: PathLike[str] | None = None,
+        recording: PathLike[str] | None = None,
+    ) -> None: ...
+    def step(self, cycles: int) -> int: ...
+    def drive(self, input: DrivenInput, values: Sequence[float], probe: Probe, target: Any) -> bool: ...
+    def probe(self, fields: Sequence[tuple[str, int | None]]) -> Probe: ...
+    def sample(self, probe: Probe, target: Any) -> None: ...
+    def input(self, url: str) -> DrivenInput: ...
+    def read(self, url: str) -> tuple[str, int, int] | None: ...
+    def numbers(self, url: str) -> tuple[str, bytes] | None: ...
+    def operate(self, name: str, path: str, body: str) -> str: ...
+    def properties(self) -> list[tuple[str, str]]: ...
+    def state(self) -> tuple[int, int, bool]: ...
+    def digest(self) -> str: ...
+    def result(self) -> str: ...
+    def close(self) -> Path | None: ...
+
+class RecordingFile:
+    """File of a recording."""
+
+    def __init__(self, path: PathLike[str]) -> None: ...
+    def info(self) -> str: ...
+    def table(
+        self, topic: str, start: int | None = None, end: int | None = None
+    ) -> tuple[bytes, list[tuple[str, str, bytes | list[str], list[int] | None]]]: ...
+    def attachment(self, name: str) -> bytes: ...

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sysconfig
+import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -39,24 +40,75 @@ def program() -> Path:
     return Path(found)
 
 
+class RunResult(dict[str, Any]):
+    """Summary of a run: what `slate run --json` prints, with attributes for what is asked for most."""
+
+    def __init__(self, summary: Mapping[str, Any], report: Path | None, recording: Path | None) -> None:
+        super().__init__(summary)
+        self.report = report
+        """Folder of the report; None if there is none."""
+        self.recording = recording
+        """File of the recording; None if the run was not recorded."""
+
+    @property
+    def outcome(self) -> str:
+        """Outcome: `goal_reached`, `collided`, `timed_out`, `stopped` or `failed`."""
+        return self["outcome"]
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the goal was reached without a caused collision."""
+        return self["outcome"] == "goal_reached"
+
+    @property
+    def digest(self) -> str:
+        """Digest of all values that were written in lockstep."""
+        return self["digest"]
+
+    @property
+    def path_length(self) -> float | None:
+        """Length of the robot's path, m."""
+        return self["path_length_m"]
+
+    @property
+    def time_to_goal(self) -> float | None:
+        """Time at which the robot reached its last goal, s; None if it did not."""
+        return self.get("time_to_goal_s")
+
+    def __repr__(self) -> str:
+        length = "" if self.path_length is None else f", {self.path_length:.2f} m"
+        return f"<RunResult {self['example']} seed {self['seed']}: {self.outcome} in {self['sim_time_s']:.2f} s{length}, digest {self.digest}>"
+
+
 def run(
     name: str | os.PathLike[str],
     *,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
+    record: bool | str | os.PathLike[str] = False,
     out: str | os.PathLike[str] | None = None,
     rate: float | str | None = None,
     arguments: Sequence[str] = (),
-) -> dict[str, Any]:
-    """Runs an example or a configuration headless until its mission ends, and returns the summary.
+) -> RunResult:
+    """Runs an example or a configuration headless until its mission ends, and returns its summary.
 
     `set` overrides settings, such as `{"robots.r2.modules.planner.params.max_linear_velocity": 0.3}`. The report is
-    written into the folder `out`. A run whose mission fails returns its summary; one that can't run raises `ProgramError`.
+    written into the folder `out`; `record` records the run into it, or into a file of that name. A run whose mission
+    fails returns its summary; one that can't run raises `ProgramError`.
     """
-    words = ["run", os.fspath(name), "--headless", *_words(seed, set, out), *arguments]
+    settings = dict(set or {})
+    if record is not False:
+        settings["record.enabled"] = True
+        if record is not True:
+            settings["record.file"] = os.fspath(Path(record).absolute())
+    words = ["run", os.fspath(name), "--headless", *_words(seed, settings, out), *arguments]
     if rate is not None:
         words += ["--rate", str(rate)]
-    return _summary(words)
+    lines, summary = _document(words)
+    report = _printed(lines, "report: ")
+    recording = _printed(lines, "recording: ")
+    recording = recording and recording.rpartition(" (")[0]
+    return RunResult(summary, report and Path(report), recording and Path(recording))
 
 
 def batch(
@@ -67,12 +119,48 @@ def batch(
     set: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
     jobs: int | None = None,
-) -> dict[str, Any]:
-    """Runs an example with many seeds, and returns the statistics."""
-    words = ["batch", os.fspath(name), "--runs", str(runs), *_words(seed, set, out)]
-    if jobs is not None:
-        words += ["--jobs", str(jobs)]
-    return _summary(words)
+) -> Any:
+    """Runs an example with many seeds, and returns a table with a row for each run.
+
+    It is a data frame of pandas whose `attrs["statistics"]` is what `slate batch --json` prints; without pandas a
+    `BatchTable`, which is a dict of columns. Columns are the entries of a run's summary, and `figures.NAME`.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["batch", os.fspath(name), "--runs", str(runs), *_words(seed, set, out or folder)]
+        if jobs is not None:
+            words += ["--jobs", str(jobs)]
+        _, statistics = _document(words)
+        with open(Path(out or folder) / "batch.jsonl", encoding="utf-8") as file:
+            rows = [_row(json.loads(line)) for line in file]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    columns = {name: [row.get(name) for row in rows] for name in names}
+    try:
+        import pandas
+    except ImportError:
+        return BatchTable(columns, statistics)
+    table = pandas.DataFrame(columns)
+    table.attrs["statistics"] = statistics
+    return table
+
+
+class BatchTable(dict[str, list[Any]]):
+    """Runs of a batch as columns by name."""
+
+    def __init__(self, columns: Mapping[str, list[Any]], statistics: dict[str, Any]) -> None:
+        super().__init__(columns)
+        self.attrs = {"statistics": statistics}
+        """What `slate batch --json` prints."""
+
+
+def _row(summary: dict[str, Any]) -> dict[str, Any]:
+    """Entries of a summary, with those of its dicts of numbers and texts."""
+    row: dict[str, Any] = {}
+    for name, value in summary.items():
+        if not isinstance(value, dict):
+            row[name] = value
+        elif name not in ("robots", "units"):
+            row.update({f"{name}.{inner}": entry for inner, entry in value.items()})
+    return row
 
 
 @contextmanager
@@ -129,11 +217,16 @@ def _words(seed: int | None, settings: Mapping[str, Any] | None, out: str | os.P
     return words
 
 
-def _summary(words: list[str]) -> dict[str, Any]:
-    """Last line of stdout, which is JSON; without one the program has failed."""
+def _printed(lines: Sequence[str], heading: str) -> str | None:
+    """Rest of the line that begins with a heading."""
+    return next((line.removeprefix(heading) for line in lines if line.startswith(heading)), None)
+
+
+def _document(words: list[str]) -> tuple[list[str], dict[str, Any]]:
+    """Lines of stdout, and the last of them, which is JSON; without one the program has failed."""
     ended = subprocess.run([program(), *words, "--json"], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     lines = ended.stdout.strip().splitlines()
     try:
-        return json.loads(lines[-1])
+        return lines[:-1], json.loads(lines[-1])
     except (IndexError, ValueError):
         raise ProgramError(words, ended.returncode, ended.stderr or ended.stdout) from None

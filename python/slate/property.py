@@ -8,12 +8,14 @@ from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+from .arrays import import_numpy, record_array
+
 if TYPE_CHECKING:
     from .agent import Agent
 
 #: Longest wait of one request for news, s. A signal such as Ctrl-C does not wait for its end.
 WAIT = 5.0
-#: The same where a task of asyncio may be cancelled meanwhile, s.
+#: The same where a task of asyncio may be canceled meanwhile, s.
 ASYNC_WAIT = 0.5
 
 
@@ -65,23 +67,7 @@ class Property:
         A list of numbers becomes an array of them, a list of dicts an array with a column for each field:
         `agent["/r2/sonar/value/echoes"].array()["range"]`.
         """
-        try:
-            import numpy
-        except ImportError as error:
-            raise ImportError("arrays need numpy: pip install 'slate-robotics[numpy]'") from error
-        value = self.value
-        if not isinstance(value, list):
-            raise TypeError(f"{self._url}: expected a list, found {_kind(value)}: name one of its fields")
-        if value and all(isinstance(item, dict) for item in value):
-            columns = [self._column(numpy, [item[name] for item in value], None) for name in value[0]]
-            return numpy.rec.fromarrays(columns, names=list(value[0]))
-        return self._column(numpy, value, dtype)
-
-    def _column(self, numpy: Any, items: list[Any], dtype: Any) -> Any:
-        array = numpy.array(items, dtype=float if dtype is None and None in items else dtype)
-        if array.dtype == object:
-            raise TypeError(f"{self._url}: expected a list of numbers, found a list of {_kind(items[0])}")
-        return array
+        return record_array(import_numpy(), self._url, self.value, dtype)
 
     def set(self, value: Any) -> None:
         """Sets a parameter, an input without a link, or one of their fields; a dict sets the fields that it names."""
@@ -173,10 +159,6 @@ def _sample(reading: dict[str, Any], missed: int = 0) -> Sample:
 def _short(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 200 else text[:197] + "..."
-
-
-def _kind(value: Any) -> str:
-    return "nothing" if value is None else type(value).__name__
 
 
 def _plain(value: Any) -> Any:

@@ -172,7 +172,8 @@ fn exception(py: Python<'_>, error: &ClientError) -> PyErr {
     }
 }
 
-fn refusal(
+/// Exception of a refusal, with its advice, code and report.
+pub fn refusal(
     py: Python<'_>,
     message: String,
     help: String,

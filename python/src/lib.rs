@@ -1,9 +1,14 @@
-//! Connections to agents, and modules in Python, for the package `slate`.
+//! Connections to agents, simulations, recordings and modules in Python, for the package `slate`.
 //!
 //! Values of a connection cross as JSON text, which Python's own module reads; the package gives them their shape.
 
+mod columns;
 mod connection;
+mod driven_input;
 mod host;
+mod probe;
+mod recording;
+mod simulation;
 mod worker;
 
 use pyo3::prelude::*;
@@ -13,12 +18,19 @@ use pyo3::prelude::*;
 mod _slate {
     #[pymodule_export]
     use super::connection::{AgentError, AgentUnreachable, Connection, NoAgent, Refused, VersionMismatch};
-
+    #[pymodule_export]
+    use super::driven_input::DrivenInput;
     #[pymodule_export]
     use super::host::{
         CommandPort, DebugPort, Fixture, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Stamp,
         Tick, Value, encode_value, interface, interfaces, is_stage, nanoseconds, serve_module,
     };
+    #[pymodule_export]
+    use super::probe::Probe;
+    #[pymodule_export]
+    use super::recording::RecordingFile;
+    #[pymodule_export]
+    use super::simulation::{ConfigurationError, SteppedAgent};
 
     use pyo3::prelude::*;
     use slate_runtime::directory;

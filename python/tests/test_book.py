@@ -16,7 +16,7 @@ CHAPTER = BOOK / "47-python.md"
 class Book(unittest.TestCase):
     def test_the_code_of_the_chapter_runs(self):
         blocks = re.findall(r"^```python\n(.*?)^```", CHAPTER.read_text(), re.M | re.S)
-        self.assertEqual(len(blocks), 3)
+        self.assertEqual(len(blocks), 6)
         before = os.getcwd()
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
@@ -24,12 +24,15 @@ class Book(unittest.TestCase):
                 names = {}
                 alone = unittest.mock.patch.dict(os.environ, XDG_RUNTIME_DIR=folder)
                 with alone, slate.start("exp1", seed=0):
-                    for block in blocks[:-1]:
+                    for block in blocks[:2]:
                         exec(block, names)
-                exec(blocks[-1], names)
+                for block in blocks[2:]:
+                    exec(block, names)
             finally:
                 os.chdir(before)
-        self.assertEqual(names["summary"]["seed"], 3)
+        self.assertEqual(names["result"]["seed"], 3)
+        self.assertTrue(names["result"].succeeded)
+        self.assertEqual(list(names["frame"].columns), ["x", "y", "theta"])
 
     def test_the_modules_of_the_book_run(self):
         names = {"__name__": "book"}

@@ -201,8 +201,8 @@ class Program(unittest.TestCase):
 
     def test_a_batch_returns_its_statistics(self):
         with tempfile.TemporaryDirectory() as out:
-            statistics = slate.batch("exp1", runs=2, out=out)
-        self.assertTrue(statistics)
+            table = slate.batch("exp1", runs=2, out=out)
+        self.assertEqual(table.attrs["statistics"]["runs"], 2)
 
     def test_nothing_runs_after_the_block(self):
         with slate.start("exp1", seed=0) as agent:
