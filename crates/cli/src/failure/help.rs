@@ -53,8 +53,8 @@ impl Failure {
             Self::ProjectName { .. } => "choose another name, such as `wall-follower`".into(),
             Self::Taken { .. } => "choose another name, or another working folder".into(),
             Self::NoCheckout { .. } => {
-                "a project is built against Slate's sources: name their folder, which contains crates/plugin, with --slate \
-                 PATH; it is found automatically if this program or the working folder is in it"
+                "name the folder that contains crates/plugin; without --slate, the project is built with the packages of this \
+                 version"
                     .into()
             }
             Self::NoDrawing { .. } => {

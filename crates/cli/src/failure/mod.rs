@@ -177,8 +177,8 @@ pub enum Failure {
     NotLinked { to: String, linked: Vec<String> },
     #[error("`{path}` exists already")]
     Taken { path: PathBuf },
-    #[error("{}", no_checkout(.given.as_deref()))]
-    NoCheckout { given: Option<PathBuf> },
+    #[error("`{}` is not a checkout of Slate", slate::runtime::printable(.given))]
+    NoCheckout { given: PathBuf },
     #[error("agent `{agent}` ended before the trace was complete")]
     TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
@@ -256,13 +256,6 @@ fn no_actuator(known: &[String]) -> String {
     match known.is_empty() {
         true => "the agent has no actuators".into(),
         false => format!("several actuators: {}", known.join(", ")),
-    }
-}
-
-fn no_checkout(given: Option<&Path>) -> String {
-    match given {
-        Some(given) => format!("`{}` is not a checkout of Slate", slate::runtime::printable(given)),
-        None => "no checkout of Slate found".into(),
     }
 }
 

@@ -35,7 +35,7 @@ pub struct NewOptions {
     #[arg(long, conflicts_with_all = ["template", "slate", "cpp", "c"])]
     python: bool,
 
-    /// Checkout of Slate [default: around this program or the working folder]
+    /// Checkout of Slate to build with [default: around this program or the working folder, else its packages]
     #[arg(long, value_name = "PATH")]
     slate: Option<PathBuf>,
 
@@ -90,7 +90,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         let reason = "a module of Slate has this name";
         return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
-    let slate = if template.needs_sources() { Some(checkout(slate)?) } else { None };
+    let checkout = if template.is_rust() { checkout(slate)? } else { None };
     let folder = Path::new(name);
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -101,13 +101,13 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         ErrorKind::AlreadyExists => Failure::Taken { path: folder.into() },
         _ => failed(folder)(source),
     })?;
-    let slate_path = slate.as_ref().map(|slate| format!("{:?}", slate.join("crates/plugin")));
+    let dependency = dependency(checkout.as_deref());
     let fill = || -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         for (file, text) in template::contents(template)? {
             let path = folder.join(file.replace("NAME", name).replace("KIND", &kind));
             let text = text.replace("PROJECT_NAME", name).replace("MODULE_KIND", &kind);
-            let text = text.replace("\"SLATE_FOLDER\"", slate_path.as_deref().unwrap_or_default());
+            let text = text.replace("\"SLATE_DEPENDENCY\"", &dependency);
             if let Some(parent) = path.parent() {
                 std::fs::create_dir_all(parent).map_err(failed(parent))?;
             }
@@ -120,23 +120,31 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         // Half a project builds nothing, and the next try would be refused because of it.
         let _ = std::fs::remove_dir_all(folder);
     })?;
-    if let Some(slate) = slate {
+    if let Some(checkout) = checkout {
         // The versions that Slate is tested with; without them, cargo takes the newest.
-        let _ = std::fs::copy(slate.join("Cargo.lock"), folder.join("Cargo.lock"));
+        let _ = std::fs::copy(checkout.join("Cargo.lock"), folder.join("Cargo.lock"));
     }
     Ok(written)
 }
 
-/// Finds Slate's sources at a given place.
-/// Without one, around this program or the working folder.
-fn checkout(given: Option<&Path>) -> Result<PathBuf, Failure> {
+/// Returns the dependency on `slate-plugin` as in a manifest: of a checkout, or the package of this version.
+fn dependency(checkout: Option<&Path>) -> String {
+    match checkout {
+        Some(checkout) => format!("{{ path = {:?} }}", checkout.join("crates/plugin")),
+        None => format!("{:?}", env!("CARGO_PKG_VERSION")),
+    }
+}
+
+/// Finds a checkout of Slate at a given place.
+/// Without one, around this program or the working folder; `None` if neither is in one.
+fn checkout(given: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
     let is_checkout = |folder: &Path| folder.join("crates/plugin/Cargo.toml").is_file();
+    if let Some(given) = given {
+        let found = std::path::absolute(given).ok().filter(|folder| is_checkout(folder));
+        return found.map(Some).ok_or_else(|| Failure::NoCheckout { given: given.into() });
+    }
     let above = |path: Option<PathBuf>| {
         path.and_then(|path| path.ancestors().find(|folder| is_checkout(folder)).map(Path::to_owned))
     };
-    let found = match given {
-        Some(given) => std::path::absolute(given).ok().filter(|folder| is_checkout(folder)),
-        None => above(std::env::current_exe().ok()).or_else(|| above(std::env::current_dir().ok())),
-    };
-    found.ok_or_else(|| Failure::NoCheckout { given: given.map(Into::into) })
+    Ok(above(std::env::current_exe().ok()).or_else(|| above(std::env::current_dir().ok())))
 }

@@ -28,7 +28,7 @@ pub enum Template {
 }
 
 /// Name and text of a file with placeholders.
-/// They are `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_FOLDER`; a file's name has
+/// They are `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_DEPENDENCY`; a file's name has
 /// `NAME` and `KIND`.
 type TemplateFile = (&'static str, &'static str);
 
@@ -100,8 +100,8 @@ impl Template {
         }
     }
 
-    /// Returns true if projects of this template need Slate's sources.
-    pub fn needs_sources(self) -> bool {
+    /// Returns true for a crate in Rust, which is built with Slate's own crates.
+    pub fn is_rust(self) -> bool {
         matches!(self, Self::Mapek | Self::Module | Self::Plugin)
     }
 
@@ -178,7 +178,7 @@ const NATIVE_INTERFACES: [&str; 4] = ["Position", "Orientation", "Point2", "Whee
 /// Returns the files of a template; one in C or C++ has copies of Slate's headers.
 pub fn contents(template: Template) -> Result<Vec<(String, String)>, Failure> {
     let own = template.files().into_iter();
-    if template.needs_sources() {
+    if template.is_rust() {
         return Ok(own.map(|(file, text)| (file.to_owned(), text.to_owned())).collect());
     }
     // A library of C has the name of its symbols, a module of Python that of its file.
