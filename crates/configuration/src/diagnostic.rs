@@ -1,8 +1,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
+use super::context_lines::ContextLines;
 use super::set::first_equals;
 use super::source::{SourceKind, Sources, Span};
 use crate::error_code::{ErrorCode, Message};
@@ -18,7 +19,7 @@ pub struct Diagnostic {
 
 #[derive(Clone, Debug)]
 struct DiagnosticPlace {
-    source: NamedSource<Arc<str>>,
+    context: ContextLines,
     label: LabeledSpan,
     line: usize,
     column: usize,
@@ -42,15 +43,15 @@ impl Diagnostic {
         }
         let range = source.range(span);
         let (line, column) = source.line_and_column(range.start);
+        let context = ContextLines::around(&source.name, &source.text, &range);
         let label = LabeledSpan::new_with_span(Some("here".into()), range);
         let is_written = source.kind != SourceKind::Change;
-        let source = NamedSource::new(&source.name, Arc::clone(&source.text));
         let Message { text, error_code } = message;
         Self {
             message: text,
             error_code,
             help,
-            place: Some(DiagnosticPlace { source, label, line, column, is_written }),
+            place: Some(DiagnosticPlace { context, label, line, column, is_written }),
         }
     }
 
@@ -67,8 +68,8 @@ impl Diagnostic {
     /// Message after its place in a text written by hand.
     pub fn placed(&self) -> String {
         match self.place.as_ref().filter(|place| place.is_written) {
-            Some(DiagnosticPlace { source, line, column, .. }) => {
-                format!("{}:{line}:{column}: {}", source.name(), self.message)
+            Some(DiagnosticPlace { context, line, column, .. }) => {
+                format!("{}:{line}:{column}: {}", context.name(), self.message)
             }
             None => match self.setting() {
                 Some(path) if !self.message.contains(path) => format!("{path}: {}", self.message),
@@ -80,7 +81,7 @@ impl Diagnostic {
     /// Returns the setting of a change at run time.
     /// A link's message contains it already.
     fn setting(&self) -> Option<&str> {
-        let text = self.place.as_ref().filter(|place| !place.is_written)?.source.inner();
+        let text = self.place.as_ref().filter(|place| !place.is_written)?.context.text();
         let path = text[..first_equals(text)?].trim();
         (!path.starts_with("links")).then_some(path)
     }
@@ -89,7 +90,12 @@ impl Diagnostic {
     pub fn is_at_place_of(&self, other: &Self) -> bool {
         let place = |one: &Self| {
             let place = one.place.as_ref()?;
-            Some((place.source.name().to_owned(), Arc::clone(place.source.inner()), place.line, place.column))
+            Some((
+                place.context.name().to_owned(),
+                Arc::clone(place.context.text()),
+                place.line,
+                place.column,
+            ))
         };
         place(self).is_some_and(|own| place(other) == Some(own))
     }
@@ -129,7 +135,7 @@ impl Diagnostic {
 
     /// The name of the file, or `--set`.
     pub fn source_name(&self) -> Option<&str> {
-        self.place.as_ref().map(|place| place.source.name())
+        self.place.as_ref().map(|place| place.context.name())
     }
 
     /// The line, counted from one.
@@ -152,7 +158,7 @@ impl miette::Diagnostic for Diagnostic {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|place| &place.source as &dyn SourceCode)
+        self.place.as_ref().map(|place| &place.context as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -254,7 +260,7 @@ impl fmt::Display for DiagnosticLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Diagnostic { message, help, place, .. } = self.0;
         if let Some(place) = place {
-            write!(f, "{}:{}:{}: ", place.source.name(), place.line, place.column)?;
+            write!(f, "{}:{}:{}: ", place.context.name(), place.line, place.column)?;
         }
         f.write_str(message)?;
         help.as_ref().map_or(Ok(()), |help| write!(f, " ({help})"))

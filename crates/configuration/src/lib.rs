@@ -39,6 +39,7 @@ mod change;
 mod choices;
 mod compare;
 mod comparison;
+mod context_lines;
 mod database;
 mod derived;
 mod described;
