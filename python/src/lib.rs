@@ -1,4 +1,4 @@
-//! Connections to agents, simulations, recordings and modules in Python, for the package `slate`.
+//! Agents, simulations, recordings and modules, for the Python package `slate`.
 //!
 //! Values of a connection cross as JSON text, which Python's own module reads; the package gives them their shape.
 

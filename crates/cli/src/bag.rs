@@ -1,8 +1,10 @@
 //! Recordings as files.
 
 mod attachments;
+mod layout;
 mod show;
 mod target;
+mod viewer;
 
 use std::path::{Path, PathBuf};
 
@@ -80,6 +82,9 @@ pub enum BagVerb {
     },
     /// Export as CSV, CARMEN log, or MCAP with ROS 2 messages
     Export(ExportOptions),
+    /// Open a recording in a viewer such as Rerun or Foxglove,
+    /// with ROS 2 messages
+    Open(viewer::OpenOptions),
     /// Copy a part of a recording
     Filter {
         /// File
@@ -278,6 +283,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             }
         }
         BagVerb::Export(options) => return export(options),
+        BagVerb::Open(options) => return viewer::open(options),
         BagVerb::Filter { file, topics, exclude, span, out, force } => {
             target::free(out, &[file], *force)?;
             let messages = bag::copy(file, out, &span.of(file, topics)?.without(exclude))?;

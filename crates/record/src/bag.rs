@@ -3,7 +3,6 @@
 //!
 //! - [`Reader`] returns the messages of a file, and an error instead of a wrong one when the file is damaged;
 //!   [`verify`] returns the content of a whole file.
-//!   returns the content of a whole file.
 //! - [`repair`] makes a whole file of the intact parts of a damaged one.
 //! - [`copy`] copies a [`Selection`] of a file, [`merge`] makes one of several, [`diff`] compares two, [`export_csv`] and [`plot`] show
 //!   numbers to others, and a [`Decoder`] reads the values of messages.

@@ -57,6 +57,11 @@ impl Failure {
                  version"
                     .into()
             }
+            Self::NoViewer { .. } => {
+                "install one, such as Rerun with `pip install rerun-sdk`, or open what `slate bag export --ros` writes on \
+                 another computer"
+                    .into()
+            }
             Self::NoDrawing { .. } => {
                 "use a name that ends with .svg, .mmd, .dot or .json, or --format; programs such as rsvg-convert turn an SVG \
                  into a PNG"

@@ -4,7 +4,7 @@ mod help;
 mod print;
 mod usage;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use slate::control::client::{AccessFailure, HttpRefusal, RequestError};
 use slate::control::{ClientError, OpenError};
@@ -179,6 +179,8 @@ pub enum Failure {
     Taken { path: PathBuf },
     #[error("`{}` is not a checkout of Slate", slate::runtime::printable(.given))]
     NoCheckout { given: PathBuf },
+    #[error("no viewer is installed: PATH has no {}", .programs.join(", "))]
+    NoViewer { programs: Vec<&'static str> },
     #[error("agent `{agent}` ended before the trace was complete")]
     TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]

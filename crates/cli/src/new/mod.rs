@@ -35,7 +35,8 @@ pub struct NewOptions {
     #[arg(long, conflicts_with_all = ["template", "slate", "cpp", "c"])]
     python: bool,
 
-    /// Checkout of Slate to build with [default: around this program or the working folder, else its packages]
+    /// Checkout of Slate to build with
+    /// [default: around this program or the working folder, else its packages]
     #[arg(long, value_name = "PATH")]
     slate: Option<PathBuf>,
 
@@ -127,7 +128,8 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
     Ok(written)
 }
 
-/// Returns the dependency on `slate-plugin` as in a manifest: of a checkout, or the package of this version.
+/// Returns the dependency on `slate-plugin` as in a manifest.
+/// It is the folder in a checkout, or the package of this version.
 fn dependency(checkout: Option<&Path>) -> String {
     match checkout {
         Some(checkout) => format!("{{ path = {:?} }}", checkout.join("crates/plugin")),

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;
+mod open;
 mod recording;
 
 use std::collections::BTreeMap;
