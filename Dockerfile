@@ -1,0 +1,27 @@
+# The program `slate` with all features:
+#
+#   docker build --tag slate .
+#   docker run --rm --interactive --tty --network host slate run exp1
+#
+# The console listens on the loopback interface, which `--network host` shares. Files of a project are at `/home/robot`
+# with `--volume "$PWD:/home/robot"`.
+
+# All that checks and tests need; `.devcontainer` is this stage.
+FROM rust:1.95-bookworm AS development
+ENV DEBIAN_FRONTEND=noninteractive
+COPY .ci/tools /tmp/tools
+RUN /tmp/tools && rm -r /tmp/tools /var/lib/apt/lists/*
+
+FROM rust:1.95-bookworm AS build
+WORKDIR /slate
+COPY . .
+RUN cargo build --release --locked --package slate-robotics-cli --features full && strip target/release/slate
+
+FROM debian:bookworm-slim
+COPY --from=build /slate/target/release/slate /usr/local/bin/slate
+COPY LICENSE-APACHE LICENSE-MIT /usr/share/doc/slate/
+RUN useradd --create-home robot
+USER robot
+WORKDIR /home/robot
+ENTRYPOINT ["slate"]
+CMD ["--help"]
