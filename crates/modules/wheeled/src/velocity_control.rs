@@ -15,22 +15,34 @@ pub struct VelocityControlIo {
     wheels: Command<WheelSpeeds>,
 }
 
+/// Parameters of [`VelocityControl`].
+#[params]
+pub struct VelocityControlParams {
+    /// Age from which a velocity is no longer driven; 0 drives it until the next one.
+    #[param(default = 0.2, range = 0.0..=3600.0, unit = "s", doc = "age from which a velocity is not driven; 0: until the next")]
+    pub velocity_timeout: f64,
+}
+
 /// Drives a robot with two wheels at a commanded velocity.
 ///
-/// If a wheel exceeds its limit, both are slowed by one factor, so that the robot keeps its curve. Without a velocity, or
-/// with one that is no number, the gate has its safe command.
+/// If a wheel exceeds its limit, both are slowed by one factor, so that the robot keeps its curve. Without a velocity, with
+/// an old one, or with one that is no number, the gate has its safe command.
 pub struct VelocityControl;
 
 #[module(stage = Act)]
 impl Module for VelocityControl {
     type Io = VelocityControlIo;
-    type Params = ();
+    type Params = VelocityControlParams;
     type State = ();
 
-    fn tick((): &mut (), io: &VelocityControlIo, (): &(), _: &Tick) -> Outcome {
+    fn tick((): &mut (), io: &VelocityControlIo, params: &VelocityControlParams, now: &Tick) -> Outcome {
         let (Some(chassis), Some(velocity)) = (io.chassis.get(), io.velocity.get()) else {
             return Outcome::Ok;
         };
+        let age = now.now().saturating_sub(io.velocity.stamp().time) as f64 * 1e-9;
+        if params.velocity_timeout > 0.0 && age >= params.velocity_timeout {
+            return Outcome::Degraded;
+        }
         if !velocity.linear.is_finite() || !velocity.angular.is_finite() {
             return Outcome::Degraded;
         }

@@ -23,8 +23,22 @@ fn control() -> Fixture<VelocityControl> {
 }
 
 #[test]
-fn a_velocity_holds_until_the_next_one() {
+fn a_velocity_holds_until_it_is_old() {
     let mut control = control();
+    control.set("velocity", Twist2 { linear: 0.5, angular: 0.0 });
+    control.tick();
+    assert!(control.wrote("wheels"));
+    control.advance(150_000_000);
+    assert_eq!(control.tick().outcome(), Some(Outcome::Ok));
+    control.advance(60_000_000);
+    assert_eq!(control.tick().outcome(), Some(Outcome::Degraded), "who set it may be gone");
+    assert!(!control.wrote("wheels"));
+}
+
+#[test]
+fn a_velocity_without_a_timeout_holds_until_the_next_one() {
+    let mut control = control();
+    control.params().velocity_timeout = 0.0;
     control.tick();
     assert!(!control.wrote("wheels"), "without a velocity, the gate has its safe command");
     control.set("velocity", Twist2 { linear: 0.5, angular: 1.0 });
