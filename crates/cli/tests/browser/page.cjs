@@ -16,7 +16,7 @@ function fail(text) {
 const assert = (holds, text) => holds || fail(text);
 
 /** Asks until something is so; says what it was if it never is. */
-async function until(what, holds, seconds = 30) {
+async function until(what, holds, seconds = 10) {
   let last;
   for (const end = Date.now() + seconds * 1000; Date.now() < end; ) {
     last = await holds();

@@ -14,18 +14,18 @@ visit(async () => {
 
   // One that is frozen keeps its connections, and is not live.
   console.log("freeze");
-  await until("the page says that nobody answers", async () => /No answer for \d+ s/.test(await page.locator(".banner").first().innerText()));
+  await until("the page says that nobody answers", async () => /No answer for \d+ s/.test(await page.locator(".banner").first().innerText()), 30);
   assert((await page.innerText(".connection")) === "No answer", "the head says that it is live");
   console.log("thaw");
-  await until("it is live again", async () => (await page.innerText(".connection")) === "Live");
+  await until("it is live again", async () => (await page.innerText(".connection")) === "Live", 30);
 
   // What the browser itself says of an agent that does not answer is what is asked for.
   const complained = browser.complaints.length;
   console.log("kill");
-  await until("the page says that nobody is there", async () => /No connection for \d+ s/.test(await page.locator(".banner.lost").innerText()));
+  await until("the page says that nobody is there", async () => /No connection for \d+ s/.test(await page.locator(".banner.lost").innerText()), 30);
   assert((await page.innerText(".connection")) === "No connection", "the head says that it is live");
   await page.click("#stop");
-  await until("nobody believes that it has stopped", async () => /NOT STOPPED|NOT CONFIRMED/.test(await page.innerText("#stop")));
+  await until("nobody believes that it has stopped", async () => /NOT STOPPED|NOT CONFIRMED/.test(await page.innerText("#stop")), 30);
   await browser.accessible(page, "an agent that is gone");
   console.log("again");
   await until("the page goes on by itself", async () => (await page.innerText(".connection")) === "Live", 30);

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use slate::runtime::{Agent, Control, Cycle, End, Mode, Rate};
 
-use super::trouble::{HANGING, STOOD};
+use super::trouble::{CYCLES, HANGING, HUNG, STOOD};
 use super::{STAGED, agent_in, verdict, wheels};
 
 /// Runs under the watchdog, ten times as fast as the wall clock when it has threads; counts the cycles in which the wheels
@@ -12,6 +12,7 @@ use super::{STAGED, agent_in, verdict, wheels};
 fn run(agent: &mut Agent, stood: &'static AtomicU64) -> End {
     stood.store(0, Ordering::Relaxed);
     let observer = move |cycle: &Cycle<'_>| {
+        CYCLES.fetch_add(1, Ordering::Relaxed);
         let has_command = cycle.board.read("r2/wheels/command/left").unwrap().is_some();
         if has_command && wheels(cycle.board) == [0.0; 2] {
             stood.fetch_add(1, Ordering::Relaxed);
@@ -63,6 +64,11 @@ fn who_hangs_on_threads_returns_and_the_goal_is_reached() {
         assert_eq!(reached.and_then(|(value, _)| value.as_f64()), Some(1.0), "{module}");
         assert!(agent.counts(module).unwrap().0 > 60 || module == "r2/planner", "{module} works again");
         // It sleeps for 6 s of the agent's time, 300 cycles, or fewer and longer on a busy machine.
+        let hung = HUNG.load(Ordering::Relaxed);
         assert!(stood >= STANDS || module != "trouble", "without sensors it stood in {stood} cycles");
+        assert!(
+            2 * stood >= hung || module != "trouble",
+            "without sensors it stood in {stood} of {hung} cycles"
+        );
     }
 }

@@ -85,8 +85,15 @@ impl Module for Trouble {
 /// Cycles in which the robot has stood, in the run whose sensors hang on threads.
 pub static STOOD: AtomicU64 = AtomicU64::new(0);
 
+/// Cycles of that run.
+pub static CYCLES: AtomicU64 = AtomicU64::new(0);
+
+/// Cycles of that run while the sensors hung.
+pub static HUNG: AtomicU64 = AtomicU64::new(0);
+
 /// Hangs for 600 ms, and on until the robot has stood in so many cycles: a busy machine makes fewer of them in that time.
 fn hang(stands: u64) {
+    let begin = CYCLES.load(Ordering::Relaxed);
     std::thread::sleep(Duration::from_millis(600));
     for _ in 0..3000 {
         if STOOD.load(Ordering::Relaxed) >= stands {
@@ -94,4 +101,5 @@ fn hang(stands: u64) {
         }
         std::thread::sleep(Duration::from_millis(10));
     }
+    HUNG.store(CYCLES.load(Ordering::Relaxed) - begin, Ordering::Relaxed);
 }
