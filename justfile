@@ -25,7 +25,7 @@ ci:
 docs:
     .ci/docs
 
-# Licences, advisories and sources of dependencies.
+# Licenses, advisories and sources of dependencies.
 deny:
     cargo deny check
 

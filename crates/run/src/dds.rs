@@ -36,7 +36,7 @@ mod built_in {
     /// It opens nothing.
     ///
     /// # Errors
-    /// Mistake in the table `[dds]`, or a property that does not fit its topic.
+    /// Error in the table `[dds]`, or a property that does not fit its topic.
     pub fn check(ports: &impl ExternalPorts, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = DdsSettings::of(configuration)? else { return Ok(()) };
         check_topics(ports, &settings).map_err(|error| error.report(configuration))

@@ -105,7 +105,7 @@ impl Section {
     }
 
     fn check_scenery(&self) -> Result<(), DescriptionError> {
-        let Some((path, message)) = self.scenery.error_code() else { return Ok(()) };
+        let Some((path, message)) = self.scenery.invalid_value() else { return Ok(()) };
         let mut setting = String::from("world.scenery");
         let mut number = String::new();
         for step in path {

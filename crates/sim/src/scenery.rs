@@ -171,7 +171,7 @@ pub struct FireDescription {
 }
 
 /// Invalid value: its path, and the expectation.
-type SceneryMistake<'a> = (Vec<DocumentStep<'a>>, String);
+type InvalidSceneryValue<'a> = (Vec<DocumentStep<'a>>, String);
 
 impl Scenery {
     /// Adds the objects of another scenery; its surfaces replace those of this one.
@@ -190,7 +190,7 @@ impl Scenery {
     }
 
     /// Returns the path of an invalid value, and the expectation.
-    pub(crate) fn error_code(&self) -> Option<SceneryMistake<'static>> {
+    pub(crate) fn invalid_value(&self) -> Option<InvalidSceneryValue<'static>> {
         let heights = [("wall_height", self.wall_height), ("ceiling", self.ceiling)];
         for (key, height) in heights {
             if !height.is_none_or(|height| height > 0.0 && height <= 100.0) {
@@ -202,7 +202,7 @@ impl Scenery {
                 return Some((vec![DocumentStep::Key(key)], "expected a number from 0 to 1".into()));
             }
         }
-        self.mistake_of_thing().map(|(table, index, key, message)| {
+        self.invalid_part().map(|(table, index, key, message)| {
             let item = [DocumentStep::Key(table), DocumentStep::Index(index)];
             let key = Some(key).filter(|key| !key.is_empty()).map(DocumentStep::Key);
             (item.into_iter().chain(key).collect(), message)
@@ -210,22 +210,22 @@ impl Scenery {
     }
 
     /// Returns table, index and key of an object's invalid value, and the expectation.
-    fn mistake_of_thing(&self) -> Option<(&'static str, usize, &'static str, String)> {
+    fn invalid_part(&self) -> Option<(&'static str, usize, &'static str, String)> {
         fn first<'a, T: 'a>(
             table: &'static str,
             things: &'a [T],
-            error_code: impl Fn(&'a T) -> Option<(&'static str, String)>,
+            invalid_value: impl Fn(&'a T) -> Option<(&'static str, String)>,
         ) -> Option<(&'static str, usize, &'static str, String)> {
             if things.len() > MAX_OBJECTS {
                 return Some((table, MAX_OBJECTS, "", format!("expected at most {MAX_OBJECTS} of them")));
             }
             let mut all = things.iter().enumerate();
             all.find_map(|(index, thing)| {
-                error_code(thing).map(|(key, message)| (table, index, key, message))
+                invalid_value(thing).map(|(key, message)| (table, index, key, message))
             })
         }
-        first("floors", &self.floors, FloorDescription::error_code)
-            .or_else(|| first("signs", &self.signs, SignDescription::error_code))
+        first("floors", &self.floors, FloorDescription::invalid_value)
+            .or_else(|| first("signs", &self.signs, SignDescription::invalid_value))
             .or_else(|| {
                 first("victims", &self.victims, |victim| {
                     place(&victim.position).or_else(|| turn(victim.theta))
@@ -255,7 +255,7 @@ fn extent(size: [f64; 2]) -> Option<(&'static str, String)> {
 }
 
 impl FloorDescription {
-    fn error_code(&self) -> Option<(&'static str, String)> {
+    fn invalid_value(&self) -> Option<(&'static str, String)> {
         let is_size = self.size.iter().all(|side| *side > 0.0 && *side <= MAX_COORDINATE);
         if !self.center.iter().all(|value| value.abs() <= MAX_COORDINATE) {
             return Some(("center", "expected coordinates in meters, up to 100000".into()));
@@ -269,7 +269,7 @@ impl FloorDescription {
 }
 
 impl SignDescription {
-    fn error_code(&self) -> Option<(&'static str, String)> {
+    fn invalid_value(&self) -> Option<(&'static str, String)> {
         if !(self.size >= 0.01 && self.size <= 10.0) {
             return Some(("size", "expected a side from 0.01 to 10 m".into()));
         }

@@ -174,7 +174,7 @@ impl World {
                 "expected a `maximum` to the north-east of `minimum`".into(),
             );
         }
-        if let Some((path, message)) = world.scenery.error_code() {
+        if let Some((path, message)) = world.scenery.invalid_value() {
             let path: Vec<_> = std::iter::once(DocumentStep::Key("scenery")).chain(path).collect();
             return wrong(&path, message);
         }

@@ -79,7 +79,7 @@ pub fn encode_value(interface: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> P
     let descriptor: &'static Descriptor = decode_interface(&encoded).map_err(|refusal| wrong(&refusal))?;
     let mut bytes = vec![0_u128; descriptor.size.div_ceil(16).max(1)];
     write::table(descriptor, bytes.as_mut_ptr().cast(), 0, value)?;
-    // SAFETY: there are at least so many bytes, all of which are initialised.
+    // SAFETY: there are at least so many bytes, all of which are initialized.
     let bytes = unsafe { std::slice::from_raw_parts(bytes.as_ptr().cast::<u8>(), descriptor.size) };
     Ok(PyBytes::new(interface.py(), bytes).unbind())
 }

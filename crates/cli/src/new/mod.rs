@@ -92,6 +92,12 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
     let checkout = if template.is_rust() { checkout(slate)? } else { None };
+    if template.is_rust() && checkout.is_none() {
+        let version = env!("CARGO_PKG_VERSION");
+        eprintln!(
+            "no checkout of Slate is here, so it needs the package slate-plugin {version}; else give --slate PATH"
+        );
+    }
     let folder = Path::new(name);
     let failed = |path: &Path| {
         let path = path.to_owned();

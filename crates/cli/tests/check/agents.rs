@@ -1,4 +1,4 @@
-//! What is said of files of several agents, and of networks.
+//! Reports on files of several agents, and on networks.
 
 use super::common::{Running, text};
 use super::{EXP1, findings};

@@ -1,4 +1,4 @@
-//! What is said of mistakes: each with its place, its code and a hint.
+//! Errors of a configuration: each with its place, its code and a hint.
 
 use serde_json::Value;
 

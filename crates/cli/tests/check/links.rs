@@ -1,4 +1,4 @@
-//! What is said of links: wrong ones, missing ones, and several that are possible.
+//! Reports on links: wrong ones, missing ones, and several that are possible.
 
 use super::common::{Running, text as text_of};
 use super::{EXP1, findings, with_links};

@@ -1,4 +1,4 @@
-//! What is said of a configuration that does not run.
+//! Reports on a configuration that does not run.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod agents;

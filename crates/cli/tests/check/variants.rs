@@ -1,4 +1,4 @@
-//! What is said of variants that are not chosen.
+//! Reports on variants that are not chosen.
 
 use super::common::{Running, text as text_of};
 use super::{EXP1, findings};

@@ -59,10 +59,13 @@ fn described<'s>(
 /// Returns the numbers of a command that an actuator's limits bind.
 /// These are the first one, and those of the same unit.
 fn numbers(command: &Descriptor) -> impl Iterator<Item = &'static str> {
-    let is_number = |kind: &Kind| matches!(kind, Kind::Primitive(primitive) if *primitive != Primitive::Bool);
-    let mut fields = command.fields.iter().filter(move |field| is_number(&field.kind)).peekable();
+    let mut fields = command.fields.iter().filter(|field| is_number(&field.kind)).peekable();
     let unit = fields.peek().map_or("", |first| first.unit);
     fields.filter(move |field| field.unit == unit).map(|field| field.name)
+}
+
+fn is_number(kind: &Kind) -> bool {
+    matches!(kind, Kind::Primitive(primitive) if *primitive != Primitive::Bool)
 }
 
 /// Warns of written limits that are wider than those of the RobotModel.
@@ -98,8 +101,8 @@ pub(super) fn partial_limits(configuration: &Configuration, survey: &Survey<'_>)
         let is_limited = |name: &str| actuator.limits.iter().any(|limit| limit.field.value == name);
         let units: Vec<_> =
             command.fields.iter().filter(|field| is_limited(field.name)).map(|field| field.unit).collect();
-        let free =
-            command.fields.iter().filter(|field| units.contains(&field.unit) && !is_limited(field.name));
+        let numbers = command.fields.iter().filter(|field| is_number(&field.kind));
+        let free = numbers.filter(|field| units.contains(&field.unit) && !is_limited(field.name));
         let free: Vec<_> = free.map(|field| format!("`{}`", field.name)).collect();
         if !free.is_empty() {
             let has = if free.len() == 1 { "has" } else { "have" };

@@ -10,7 +10,7 @@ export const isRecorded = true;
 
 export const timeShown = () => playback.now();
 
-// What a recording has nothing of: blocks, modules and their times are known only of an agent that was running.
+// Panels without content in a recording: blocks, modules and their times are known only of an agent that was running.
 const hasModules = run.resources["/modules"]?.length > 0;
 const hasLog = run.histories["log/tail"]?.length > 0;
 const ABSENT = ["parameters", "images", "drive", ...(hasModules ? [] : ["mapek", "graph", "timing"]), ...(hasLog ? [] : ["log"])];

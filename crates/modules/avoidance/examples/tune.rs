@@ -108,7 +108,7 @@ fn report(results: &[Result]) {
         .filter(|result| result.reached)
         .map(|result| result.shortest / math::max(result.length, result.shortest))
         .sum();
-    let kilometres: f64 = results.iter().map(|result| result.length / 1000.0).sum();
+    let kilometers: f64 = results.iter().map(|result| result.length / 1000.0).sum();
     let mut times: Vec<f64> = results.iter().map(|result| result.time).collect();
     times.sort_by(f64::total_cmp);
     let time = |part: f64| times.get((part * (count - 1.0)) as usize).copied().unwrap_or_default();
@@ -118,7 +118,7 @@ fn report(results: &[Result]) {
     println!(
         "reached {reached}/{}, caused {caused} ({:.2}/km), contacts {contacts}, SPL {:.3}, time median {:.1} s 95 % {:.1} s, {:.1} switches a run, {:.2} us a tick",
         results.len(),
-        caused as f64 / kilometres,
+        caused as f64 / kilometers,
         spl / count,
         time(0.5),
         time(0.95),

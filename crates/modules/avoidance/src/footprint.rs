@@ -48,7 +48,7 @@ pub struct Footprint {
     /// Sides of the outline; the first `count` are valid.
     sides: [Side; CORNERS],
     count: usize,
-    centre: f64,
+    center: f64,
     radius: f64,
 }
 
@@ -83,11 +83,11 @@ impl Footprint {
         }
         let front = corners.iter().fold(f64::NEG_INFINITY, |most, corner| math::max(most, corner[0]));
         let back = corners.iter().fold(f64::INFINITY, |least, corner| math::min(least, corner[0]));
-        let centre = 0.5 * (front + back);
+        let center = 0.5 * (front + back);
         let radius = corners
             .iter()
-            .fold(0.0, |most, corner| math::max(most, math::hypot(corner[0] - centre, corner[1])));
-        Ok(Self { sides, count: corners.len(), centre, radius })
+            .fold(0.0, |most, corner| math::max(most, math::hypot(corner[0] - center, corner[1])));
+        Ok(Self { sides, count: corners.len(), center, radius })
     }
 
     /// Returns the outline of a robot model.
@@ -114,7 +114,7 @@ impl Footprint {
 
     /// Returns the x of the outline's center, meters.
     pub fn center(&self) -> f64 {
-        self.centre
+        self.center
     }
 
     /// Returns the half width of the outline, meters.
@@ -158,7 +158,7 @@ impl Footprint {
     /// Beyond `reach` it is a lower bound, which is cheaper.
     pub fn distance_within(&self, x: f64, y: f64, reach: f64) -> f64 {
         let limit = self.radius + reach;
-        let dx = x - self.centre;
+        let dx = x - self.center;
         if dx * dx + y * y > limit * limit { reach } else { self.distance(x, y) }
     }
 

@@ -133,7 +133,7 @@ impl Opening<'_> {
     }
 
     /// Returns the changes made while it was recorded.
-    /// Requests of modules go to the reel.
+    /// Requests of modules go to the playback reader.
     pub fn changes(
         &self,
         playback: &mut PlaybackReader,

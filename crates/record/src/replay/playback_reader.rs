@@ -72,7 +72,7 @@ pub(super) struct PlaybackReader {
 }
 
 impl PlaybackReader {
-    /// Creates a reel; `cycles` is the number of cycles of a run in lockstep.
+    /// Creates a reader; `cycles` is the number of cycles of a run in lockstep.
     /// The inner `None` is an unknown number, the outer one a run that was not in lockstep.
     pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
         let played = timeline.tracks.iter().map(|_| Some(TrackPosition::default())).collect();
@@ -156,7 +156,7 @@ impl PlaybackReader {
         }
     }
 
-    /// Returns the reason why the reel stopped, if it did.
+    /// Returns the reason why the reader stopped, if it did.
     pub fn check(&mut self) -> Result<(), Error> {
         self.failure.take().map_or(Ok(()), Err)
     }
@@ -294,7 +294,7 @@ impl PlaybackReader {
     }
 }
 
-/// A reel, shared by the agent and its driver.
+/// Playback reader, shared by the agent and its driver.
 #[derive(Clone)]
 pub(super) struct SharedPlaybackReader(Arc<Mutex<PlaybackReader>>);
 

@@ -102,7 +102,7 @@ impl SessionConnection {
 
 /// Returns a number unique to an instance and its attempt; never 0.
 fn token(instance: u64, attempt: u64) -> u64 {
-    // The finaliser of SplitMix64.
+    // The finalizer of SplitMix64.
     let mut mixed = instance.wrapping_add(attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -94,7 +94,7 @@ impl CameraDescription {
     }
 
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let [_, _, z, _, pitch] = self.mount;
         let is_side = |side: u32| (8..=LONGEST).contains(&side);

@@ -100,7 +100,7 @@ impl Friction {
 
 impl DriveDescription {
     /// Returns the key of an invalid or missing value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(Vec<&'static str>, String)> {
+    pub(super) fn invalid_value(&self) -> Option<(Vec<&'static str>, String)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let skids = self.kind == DriveKind::SkidSteer;
         let numbers = [
@@ -116,8 +116,8 @@ impl DriveDescription {
                 return Some((vec![key], "expected a positive, finite number".into()));
             }
         }
-        if let Some(error_code) = self.mistake_of_omni() {
-            return Some(error_code);
+        if let Some(invalid_value) = self.invalid_omni_value() {
+            return Some(invalid_value);
         }
         let different = self.wheel_friction.all().into_iter().find(|(_, friction)| friction.is_some());
         let of_skid_steering = [
@@ -149,7 +149,7 @@ impl DriveDescription {
 impl DriveDescription {
     /// Returns the key of an invalid or missing value of omni wheels.
     /// The expectation follows.
-    fn mistake_of_omni(&self) -> Option<(Vec<&'static str>, String)> {
+    fn invalid_omni_value(&self) -> Option<(Vec<&'static str>, String)> {
         let is_omni = self.kind == DriveKind::Omni;
         match self.wheel_angles {
             None if is_omni => {

@@ -35,7 +35,7 @@ impl ImuDescription {
     }
 
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let checks = [
             ("mount", self.mount.iter().all(|value| value.is_finite()), "expected finite numbers"),

@@ -57,7 +57,7 @@ impl LaserDescription {
     }
 
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let turn = 2.0 * std::f64::consts::PI;
         let checks = [

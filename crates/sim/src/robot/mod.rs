@@ -132,7 +132,7 @@ impl RobotDescription {
         if !(robot.mass.is_finite() && robot.mass > 0.0) {
             return wrong(&[DocumentStep::Key("mass")], "expected a positive, finite number");
         }
-        if let Some((keys, message)) = robot.drive.error_code() {
+        if let Some((keys, message)) = robot.drive.invalid_value() {
             let path: Vec<_> = std::iter::once("drive").chain(keys).map(DocumentStep::Key).collect();
             return wrong(&path, &message);
         }
@@ -144,7 +144,7 @@ impl RobotDescription {
                 "expected standard deviations, which are not negative",
             );
         }
-        if let Some((keys, message)) = robot.mistake_of_sensor() {
+        if let Some((keys, message)) = robot.invalid_sensor_value() {
             return wrong(&keys.map(DocumentStep::Key), message);
         }
         if let Some(BumperDescription { front, back }) = robot.bumper
@@ -156,18 +156,18 @@ impl RobotDescription {
     }
 
     /// Returns the keys of an invalid value of a sensor, and the expectation.
-    fn mistake_of_sensor(&self) -> Option<([&str; 3], &'static str)> {
-        let sonars = self.sonar.iter().map(|(name, it)| ("sonar", name, it.error_code()));
-        let sensors = self.robot_sensor.iter().map(|(name, it)| ("robot_sensor", name, it.error_code()));
-        let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.error_code()));
-        let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.error_code()));
-        let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.error_code()));
-        let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.error_code()));
-        let cameras = self.camera.iter().map(|(name, it)| ("camera", name, it.error_code()));
+    fn invalid_sensor_value(&self) -> Option<([&str; 3], &'static str)> {
+        let sonars = self.sonar.iter().map(|(name, it)| ("sonar", name, it.invalid_value()));
+        let sensors = self.robot_sensor.iter().map(|(name, it)| ("robot_sensor", name, it.invalid_value()));
+        let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.invalid_value()));
+        let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.invalid_value()));
+        let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.invalid_value()));
+        let imus = self.imu.iter().map(|(name, it)| ("imu", name, it.invalid_value()));
+        let cameras = self.camera.iter().map(|(name, it)| ("camera", name, it.invalid_value()));
         let mut all =
             sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry).chain(imus).chain(cameras);
-        all.find_map(|(table, name, error_code)| {
-            error_code.map(|(key, message)| ([table, name.as_str(), key], message))
+        all.find_map(|(table, name, invalid_value)| {
+            invalid_value.map(|(key, message)| ([table, name.as_str(), key], message))
         })
     }
 

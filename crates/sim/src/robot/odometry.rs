@@ -14,7 +14,7 @@ pub struct OdometryDescription {
 
 impl OdometryDescription {
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let checks = [("distance_bias", self.distance_bias), ("turn_bias", self.turn_bias)];
         let wrong = checks.into_iter().find(|(_, value)| !is_deviation(*value));
         wrong.map(|(key, _)| (key, "expected a standard deviation, not negative"))

@@ -19,7 +19,7 @@ pub struct PositioningDescription {
 
 impl PositioningDescription {
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let checks = [
             ("noise_position", is_deviation(self.noise_position), deviation),

@@ -33,7 +33,7 @@ pub struct SonarDescription {
 
 impl SonarDescription {
     /// Returns the key of an invalid value, and the expectation.
-    pub(super) fn error_code(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn invalid_value(&self) -> Option<(&'static str, &'static str)> {
         let right_angle = std::f64::consts::FRAC_PI_2;
         let checks = [
             ("range_min", is_deviation(self.range_min), "expected a distance, which is not negative"),
