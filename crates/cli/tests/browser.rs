@@ -272,3 +272,15 @@ fn exported_page_plays_a_recording_without_an_agent() {
     assert!(std::fs::metadata(&page).unwrap().len() < 8 << 20, "the page is too large for a bug report");
     visit("exported.cjs", &format!("file://{}", page.display()), "exp1");
 }
+
+#[test]
+fn exported_page_of_an_agent_has_its_modules() {
+    let _turn = shared_turn();
+    let mut running = Running::new("browser-exported-agent");
+    open_at("5", &mut running, "exp1", "exp1", &ENDLESS);
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let exported = running.done(&["console", "--export", "page"]);
+    assert!(exported.contains("page/index.html has "), "{exported}");
+    let page = running.folder().join("page/index.html");
+    visit("exported_agent.cjs", &format!("file://{}", page.display()), "exp1");
+}
