@@ -201,8 +201,8 @@ impl Standard {
     /// Appends the message of a value, little-endian.
     /// Nothing is allocated if `out` has room.
     ///
-    /// `bytes` is the value in its memory layout, with its tail; `stamp` is its time in nanoseconds, and `frame` what it is told
-    /// in, such as `base_link`: they are the `header` of messages that have one. Where a robot has frames of its own, as in
+    /// `bytes` is the value in its memory layout, with its tail; `stamp` is its time in nanoseconds, and `frame` is the
+    /// coordinate frame of the value, such as `base_link`: they are the `header` of messages that have one. Where a robot has frames of its own, as in
     /// `r1/base_link`, other frames that messages name are that robot's too: `r1/odom`.
     ///
     /// # Errors
