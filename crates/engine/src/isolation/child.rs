@@ -15,7 +15,7 @@ use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, Setup, decode, enco
 
 use super::arena::map;
 use super::python::PythonSource;
-use super::wire::{Begin, Code, InstanceRequest, KindText, Topic, receive, send};
+use super::wire::{Begin, Code, InstanceRequest, KindText, Topic, build, check_build, receive, send};
 use crate::library;
 
 /// First argument of a process that runs a module.
@@ -47,11 +47,12 @@ pub(super) fn is_entered() -> bool {
 pub fn enter(plugins: &[Plugin]) {
     IS_ENTERED.store(true, Ordering::Relaxed);
     if std::env::args_os().nth(1).is_some_and(|argument| argument == CHILD_ARGUMENT) {
-        let code = match run_child(|code| open_code(code, plugins)) {
-            Ok(()) => 0,
-            // The host has ended, or says why this process does.
-            Err(_) => 1,
-        };
+        let code =
+            match run_child("the program of its process", close_inherited, |code| open_code(code, plugins)) {
+                Ok(()) => 0,
+                // The host has ended, or says why this process does.
+                Err(_) => 1,
+            };
         std::process::exit(code);
     }
 }
@@ -73,20 +74,40 @@ fn open_code(code: &Code, plugins: &[Plugin]) -> Result<Vec<ModuleKind>, Refusal
 /// # Errors
 /// The host has ended, or no host has started this process.
 pub fn serve_python(open: impl Fn(&PythonSource) -> Result<Vec<ModuleKind>, Refusal>) -> io::Result<()> {
-    run_child(|code| match code {
-        Code::Python(source) => open(source),
-        Code::Linked | Code::Library(_) => Err("an interpreter runs modules of Python only".into()),
-    })
+    // The interpreter has opened files by itself; the launcher leaves none of the host's.
+    run_child(
+        "the package slate-robotics",
+        |_| {},
+        |code| match code {
+            Code::Python(source) => open(source),
+            Code::Linked | Code::Library(_) => Err("an interpreter runs modules of Python only".into()),
+        },
+    )
 }
 
-fn run_child(open: impl Fn(&Code) -> Result<Vec<ModuleKind>, Refusal>) -> io::Result<()> {
+/// Serves the host; `what` names this program if the host is of another version.
+fn run_child(
+    what: &str,
+    prepare: impl Fn(&UnixStream),
+    open: impl Fn(&Code) -> Result<Vec<ModuleKind>, Refusal>,
+) -> io::Result<()> {
     // A module in an endless loop would not notice that its host is gone.
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     rustix::stdio::dup2_stdin(std::fs::File::open("/dev/null")?)?;
-    close_inherited(&stream);
+    prepare(&stream);
     let files = receive_files(&stream)?;
     let mut body = Vec::new();
+    // Nothing that depends on the version was read yet.
+    let (Topic::Build, _) = receive(&stream, &mut body)? else {
+        return Err(io::ErrorKind::InvalidData.into());
+    };
+    let checked = check_build(&body, &build(), what);
+    let is_refused = checked.is_err();
+    answer(&stream, checked.map(|()| Vec::new()))?;
+    if is_refused {
+        return Ok(());
+    }
     let begin: Begin = match receive(&stream, &mut body)? {
         (Topic::Begin, _) => decode(&body).map_err(|refusal| io::Error::other(refusal.0))?,
         _ => return Err(io::ErrorKind::InvalidData.into()),
@@ -115,7 +136,7 @@ fn close_inherited(stream: &UnixStream) {
             // That of the folder itself.
             continue;
         }
-        // SAFETY: the process has just begun, so it has opened nothing but its stream.
+        // SAFETY: the program calls this first in `main`, so it has opened nothing but its stream.
         unsafe { rustix::io::close(number) };
     }
 }

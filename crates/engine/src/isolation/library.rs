@@ -10,7 +10,7 @@ use slate_module::{InstanceFactory, ModuleKind, Refusal, Setup, decode, encode};
 use super::arena::length;
 use super::process::{Process, REGULAR_END};
 use super::proxy::TABLE;
-use super::python::{help, python_source};
+use super::python::{help, python_source, run_alone};
 use super::wire::{Begin, Code, InstanceRequest, KindText, Topic};
 use crate::library::Library;
 
@@ -53,7 +53,13 @@ pub(crate) fn python_kinds(library: Library) -> Result<Vec<ModuleKind>, (Refusal
     let mut process = Process::launch(None, &begin.code).map_err(|refusal| (refusal, help()))?;
     let begun = process.begin(&begin, &[]);
     if let Err(refusal) = begun {
-        let help = if process.end().is_some() { help() } else { SEE.into() };
+        let help = match process.end() {
+            // No interpreter, no package, or one that is too old.
+            Some("ended with exit code 1" | "ended with exit code 2") => help(),
+            Some(_) => format!("see why by running it alone: {}", run_alone(library.source())),
+            None if !process.is_same_build() => help(),
+            None => SEE.into(),
+        };
         return Err((refusal, help));
     }
     let library: Arc<dyn Any + Send + Sync> = Arc::new(library);

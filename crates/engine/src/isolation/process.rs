@@ -15,7 +15,7 @@ use slate_module::{Refusal, decode, encode};
 
 use super::child::ARENA_LIMIT;
 use super::launcher::launch;
-use super::wire::{Begin, Code, Topic, receive, send};
+use super::wire::{Begin, Code, Topic, build, receive, send};
 
 /// Timeout of the start of a process, and of the setup of a module.
 const START_TIMEOUT: Duration = Duration::from_secs(10);
@@ -41,6 +41,8 @@ pub(super) struct Process {
     timeout: Duration,
     /// Payload of the last answer.
     body: Vec<u8>,
+    /// True once the process has said that it is of this build.
+    is_same_build: bool,
     /// Description of the end; `None` while the process runs.
     end: Option<String>,
 }
@@ -66,7 +68,7 @@ impl Process {
             Code::Python(_) => PYTHON_START_TIMEOUT,
         };
         let (stream, timeout) = (Arc::new(stream), Duration::ZERO);
-        Ok(Self { child, start_timeout, stream, timeout, body: Vec::new(), end: None })
+        Ok(Self { child, start_timeout, stream, timeout, body: Vec::new(), is_same_build: false, end: None })
     }
 
     /// Returns the timeout of the start, and of the setup of a module.
@@ -78,7 +80,13 @@ impl Process {
     pub fn begin(&mut self, begin: &Begin, arenas: &[BorrowedFd<'_>]) -> Result<Vec<usize>, Refusal> {
         // It fails when the process has ended already, and then the first question says how.
         let passed = self.pass(arenas);
-        if let Err(refusal) = self.request(Topic::Begin, &encode(begin)?, self.start_timeout).map(drop) {
+        let (own, begin) = (build(), encode(begin)?);
+        let mut begun = self.request(Topic::Build, own.as_bytes(), self.start_timeout).map(drop);
+        self.is_same_build = begun.is_ok();
+        if begun.is_ok() {
+            begun = self.request(Topic::Begin, &begin, self.start_timeout).map(drop);
+        }
+        if let Err(refusal) = begun {
             return Err(match self.end() {
                 Some(end) => format!("its process {end} before it was ready").into(),
                 None => passed.map_or_else(
@@ -108,6 +116,11 @@ impl Process {
     /// Returns the connection to the process.
     pub fn stream(&self) -> Arc<UnixStream> {
         Arc::clone(&self.stream)
+    }
+
+    /// Returns true if the process was built as this program; known once it was begun.
+    pub fn is_same_build(&self) -> bool {
+        self.is_same_build
     }
 
     /// Returns the process id.

@@ -87,8 +87,14 @@ pub(super) fn command() -> Command {
 /// Returns what helps when an interpreter can't run modules.
 pub fn help() -> String {
     format!(
-        "`{} -m slate.host` runs modules in Python: install the package slate-robotics there, or name another \
-         interpreter in {VARIABLE}",
-        interpreter().display()
+        "`{} -m slate.host` runs modules in Python: install the package slate-robotics {} there (`python/build`, then \
+         `pip install` of its wheel), with Python 3.11 or newer, or name another interpreter in {VARIABLE}",
+        interpreter().display(),
+        env!("CARGO_PKG_VERSION")
     )
+}
+
+/// Returns the command that runs a source file without an agent.
+pub(super) fn run_alone(file: &Path) -> String {
+    format!("`{} {}`", interpreter().display(), file.display())
 }

@@ -6,8 +6,8 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use slate_module::Setup;
 use slate_module::blackboard::interface::Value;
+use slate_module::{Entry, Frame, PortSlot, Refusal, Setup};
 
 use super::python::PythonSource;
 
@@ -35,9 +35,37 @@ pub(super) enum Topic {
     Answer,
     /// Line of the log, with its level as code; any number of them precede an answer.
     Log,
+    /// First request: the [`build`] of the host.
+    /// A process of another build refuses it, and names its own.
+    Build,
 }
 
-const TOPICS: [Topic; 11] = [
+/// Version of this protocol and of the layout of shared memory.
+const ABI: u32 = 1;
+
+/// Returns the version of this program and its layout of shared memory.
+/// The two ends of a connection may be built apart: the program `slate`, and the package for Python.
+pub(super) fn build() -> String {
+    let [frame, slot, entry] = [size_of::<Frame>(), size_of::<PortSlot>(), size_of::<Entry>()];
+    format!("{} {ABI} {frame} {slot} {entry}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Compares the build of the host with that of this process.
+///
+/// # Errors
+/// The versions of both, if the two can't work together.
+pub(super) fn check_build(host: &[u8], own: &str, what: &str) -> Result<(), Refusal> {
+    let host = String::from_utf8_lossy(host);
+    if host == own {
+        return Ok(());
+    }
+    let version = |build: &str| build.split(' ').next().unwrap_or_default().to_owned();
+    let (host, own) = (version(&host), version(own));
+    let same = if host == own { ", built from other sources" } else { "" };
+    Err(Refusal(format!("{what} is {own}, the agent {host}{same}")))
+}
+
+const TOPICS: [Topic; 12] = [
     Topic::Begin,
     Topic::Kinds,
     Topic::Describe,
@@ -49,6 +77,7 @@ const TOPICS: [Topic; 11] = [
     Topic::Destroy,
     Topic::Answer,
     Topic::Log,
+    Topic::Build,
 ];
 
 /// Location of a module's code.
@@ -150,4 +179,21 @@ pub(super) fn receive(mut stream: &UnixStream, body: &mut Vec<u8>) -> io::Result
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
     Ok((topic, code))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{build, check_build};
+
+    #[test]
+    fn process_of_another_build_is_refused_with_both_versions() {
+        let what = "the package slate-robotics";
+        assert_eq!(check_build(build().as_bytes(), &build(), what), Ok(()));
+        let refused = |host: &str| check_build(host.as_bytes(), "0.1.0 1 96 80 48", what).unwrap_err().0;
+        assert_eq!(refused("0.2.0 1 96 80 48"), "the package slate-robotics is 0.1.0, the agent 0.2.0");
+        let layout = "the package slate-robotics is 0.1.0, the agent 0.1.0, built from other sources";
+        assert_eq!(refused("0.1.0 1 96 88 48"), layout);
+        assert_eq!(refused("0.1.0 2 96 80 48"), layout);
+        assert_eq!(refused(""), "the package slate-robotics is 0.1.0, the agent ");
+    }
 }
