@@ -82,12 +82,19 @@ pub fn load_for(
 }
 
 /// Reads the outline of a plugin.
-/// It is in a library's file; an interpreter tells that of modules in Python.
+/// It is in a library's file; for modules in Python, an interpreter runs the file, which may name the `interfaces`.
 ///
 /// # Errors
 /// As [`LibraryOutline::read`], or a file that Python can't run.
-pub fn outline(file: &Path) -> Result<LibraryOutline, LibraryError> {
-    if isolation::is_python(file) { Ok(load_python(file, &[])?.1) } else { LibraryOutline::read(file) }
+pub fn outline(
+    file: &Path,
+    interfaces: impl FnOnce() -> Vec<&'static Descriptor>,
+) -> Result<LibraryOutline, LibraryError> {
+    if isolation::is_python(file) {
+        Ok(load_python(file, &interfaces())?.1)
+    } else {
+        LibraryOutline::read(file)
+    }
 }
 
 /// Copies a library, which may be built anew while it is in use.

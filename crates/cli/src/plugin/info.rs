@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output;
 
 pub fn info(file: &Path, json: bool) -> Result<(), Failure> {
-    let outline = plugin::outline(file)?;
+    let outline = plugin::outline(file, Vec::new)?;
     if json {
         output::document("slate.plugin.info/1", &outline);
         return Ok(());

@@ -26,14 +26,28 @@ pub(super) struct PluginSources<'a> {
     pub program: Option<&'a Path>,
     /// Watch for changed libraries, if any.
     pub watch: Option<LibraryWatch<'a>>,
+    /// Log of the agent; `None` if there is no agent.
+    pub log: Option<PluginLog<'a>>,
+}
+
+/// Log of an agent, with its time.
+#[derive(Clone, Copy)]
+pub(super) struct PluginLog<'a> {
+    logger: &'a Logger,
+    clock: &'a Clock,
+}
+
+impl PluginLog<'_> {
+    fn log(self, level: Level, text: &str) {
+        self.logger.log(self.clock.now(), level, text);
+    }
 }
 
 /// Watch for libraries that have changed since their last load.
 #[derive(Clone, Copy)]
 pub(super) struct LibraryWatch<'a> {
     known: &'a KnownLibraries,
-    logger: &'a Logger,
-    clock: &'a Clock,
+    log: PluginLog<'a>,
 }
 
 pub(super) struct Gathered<'a> {
@@ -75,7 +89,12 @@ impl<'a> Gathered<'a> {
     pub fn all(&mut self) -> Result<(), PluginError> {
         self.shows_places = true;
         self.linked(self.sources.linked)?;
-        for entry in self.sources.configuration.plugins() {
+        let configured = self.sources.configuration.plugins();
+        // Modules in Python name interfaces of plugins that are loaded before; they can't name the plugins.
+        let (mut python, others): (Vec<_>, Vec<_>) =
+            configured.iter().partition(|entry| is_python_entry(entry));
+        python.sort_by_key(|entry| entry.name.span);
+        for entry in others.into_iter().chain(python) {
             if entry.load {
                 self.named(&entry.name.value)?;
             } else {
@@ -202,9 +221,22 @@ impl<'a> Gathered<'a> {
         // A list may have loaded it.
         let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
         let Some(file) = entry.file.as_ref().filter(|_| !is_loaded) else { return };
-        if let Ok(outline) = plugin::outline(&file.value) {
-            let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
-            self.catalogue.dormant.extend(kinds);
+        match plugin::outline(&file.value, || interfaces(&self.catalogue)) {
+            Ok(outline) => {
+                let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
+                self.catalogue.dormant.extend(kinds);
+            }
+            // A library may not be built yet; a mistake in a source is the author's.
+            Err(error) if is_python_entry(entry) => {
+                if let Some(log) = self.sources.log {
+                    let name = &entry.name.value;
+                    log.log(
+                        Level::Warn,
+                        &format!("plugin {name} with `load = false` can't be read: {error}"),
+                    );
+                }
+            }
+            Err(_) => {}
         }
     }
 }
@@ -213,15 +245,13 @@ impl<'a> PluginSources<'a> {
     /// Returns the sources of an agent's plugins.
     pub fn of(composition: &'a Composition) -> Self {
         let resources = &composition.assembly.resources;
+        let log = PluginLog { logger: &resources.logger, clock: &resources.service_context.clock };
         Self {
             configuration: &composition.configuration,
             linked: &composition.plugins.linked,
             program: resources.arenas.program.as_deref(),
-            watch: composition.plugins.known.as_ref().map(|known| LibraryWatch {
-                known,
-                logger: &resources.logger,
-                clock: &resources.service_context.clock,
-            }),
+            watch: composition.plugins.known.as_ref().map(|known| LibraryWatch { known, log }),
+            log: Some(log),
         }
     }
 
@@ -249,7 +279,7 @@ impl<'a> PluginSources<'a> {
                 "{} was built or copied anew since it was loaded last",
                 slate_configuration::printable(file)
             );
-            watch.logger.log(watch.clock.now(), Level::Info, &text);
+            watch.log.log(Level::Info, &text);
         }
         Ok(())
     }
@@ -266,10 +296,14 @@ pub(in crate::agent) fn catalogue(
     linked: &[Plugin],
     sharing: Option<&dyn Sharing>,
 ) -> Result<Catalogue, PluginError> {
-    let sources = PluginSources { configuration, linked, program: None, watch: None };
+    let sources = PluginSources { configuration, linked, program: None, watch: None, log: None };
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;
     Ok(gathered.done().0)
+}
+
+fn is_python_entry(entry: &PluginEntry) -> bool {
+    entry.file.as_ref().is_some_and(|file| slate_engine::isolation::is_python(&file.value))
 }
 
 /// Returns the interfaces of a catalogue's modules.
