@@ -120,7 +120,7 @@ class Fixture:
     def params(self, **parameters: Any) -> None:
         """Changes parameters, by their names."""
     def advance(self, seconds: float) -> None:
-        """Advances the time."""
+        """Advances the time, s."""
     def waiting_for(self) -> str | None:
         """Name of a required input without a value; None if the module can tick."""
     def tick(self) -> int:

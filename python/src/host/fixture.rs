@@ -1,18 +1,19 @@
 //! Test fixture of a module in Python, without an agent and without a process.
 
 use std::cell::{Cell, RefCell};
+use std::sync::Arc;
 
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use slate_module::blackboard::interface::{Descriptor, Value as Untyped, edit};
+use slate_module::blackboard::interface::{Descriptor, Kind, Value as Untyped, edit};
 use slate_module::{
     Description, Direction, Entry, Flags, Frame, Host, ModuleKind, PortDescription, PortSlot, Random, Setup,
     Stamp,
 };
 
 use super::kind::{Instance, kind};
-use super::memory::Epoch;
+use super::memory::{Block, Epoch};
 use super::plain;
 use super::ports::named;
 use super::value::{Place, fill};
@@ -33,9 +34,9 @@ pub struct Fixture {
     log: RefCell<Vec<(u32, String)>>,
 }
 
-/// Memory of a port, aligned for every interface.
+/// Memory of a port.
 struct PortMemory {
-    words: Vec<u128>,
+    block: Arc<Block>,
     items: usize,
     stamp: Stamp,
     /// Flags of an input.
@@ -48,31 +49,22 @@ struct PortMemory {
 
 /// Value of a queue, an inbox or an outbox.
 struct Message {
-    words: Vec<u128>,
+    block: Arc<Block>,
+    items: usize,
     answer: u32,
-}
-
-fn room(bytes: usize) -> Vec<u128> {
-    vec![0; bytes.div_ceil(16).max(1)]
 }
 
 impl PortMemory {
     fn new(port: &PortDescription) -> Self {
         let shape = port.descriptor.shape(port.capacity);
         let stamp = Stamp { sequence: 0, time: 0, generation: 1 };
-        let words = room(shape.bytes(shape.capacity));
-        Self { words, items: 0, stamp, flags: 0, is_set: false, priority: 0, messages: Vec::new() }
+        let block = Block::new(shape.bytes(shape.capacity));
+        Self { block, items: 0, stamp, flags: 0, is_set: false, priority: 0, messages: Vec::new() }
     }
 }
 
-fn dict(
-    py: Python<'_>,
-    descriptor: &'static Descriptor,
-    words: &[u128],
-    items: usize,
-) -> PyResult<Py<PyAny>> {
-    let data = words.as_ptr().cast::<u8>().cast_mut();
-    Place { descriptor, data, items, writable: false, epoch: Epoch::now() }.dict(py)
+fn dict(py: Python<'_>, descriptor: &'static Descriptor, block: &Block, items: usize) -> PyResult<Py<PyAny>> {
+    Place { descriptor, data: block.data(), items, writable: false, epoch: Epoch::now() }.dict(py)
 }
 
 #[pymethods]
@@ -121,7 +113,7 @@ impl Fixture {
         let index = self.index(port)?;
         let (declared, now) = (&self.description.ports[index], self.now);
         let memory = &mut self.ports[index];
-        let data = memory.words.as_mut_ptr().cast();
+        let data = memory.block.data();
         let place =
             Place { descriptor: declared.descriptor, data, items: 0, writable: true, epoch: Epoch::now() };
         memory.items = fill(&place, declared.capacity, &named(value, fields)?)?;
@@ -141,11 +133,13 @@ impl Fixture {
     ) -> PyResult<()> {
         let index = self.index(port)?;
         let descriptor = self.description.ports[index].descriptor;
-        let mut words = room(descriptor.size);
-        let data = words.as_mut_ptr().cast();
+        let value = named(value, fields)?;
+        let room = tail_items(descriptor, &value);
+        let block = Block::new(descriptor.shape(room).bytes(room));
+        let data = block.data();
         let place = Place { descriptor, data, items: 0, writable: true, epoch: Epoch::now() };
-        fill(&place, 0, &named(value, fields)?)?;
-        self.ports[index].messages.push(Message { words, answer: 0 });
+        let items = fill(&place, room, &value)?;
+        self.ports[index].messages.push(Message { block, items, answer: 0 });
         Ok(())
     }
 
@@ -163,7 +157,7 @@ impl Fixture {
         parameters.map_or(Ok(()), |parameters| change(&self.description, &mut self.params, parameters))
     }
 
-    /// Advances the time, s.
+    /// Advances the time, s; a fixture in Rust has it in ns.
     fn advance(&mut self, seconds: f64) {
         self.now += (seconds * 1e9) as u64;
     }
@@ -219,7 +213,7 @@ impl Fixture {
         let index = self.index(port)?;
         let memory = &self.ports[index];
         let descriptor = self.description.ports[index].descriptor;
-        memory.is_set.then(|| dict(py, descriptor, &memory.words, memory.items)).transpose()
+        memory.is_set.then(|| dict(py, descriptor, &memory.block, memory.items)).transpose()
     }
 
     /// Priority with which the last tick sent a command; None if it sent none.
@@ -232,7 +226,7 @@ impl Fixture {
     fn sent(&self, py: Python<'_>, port: &str) -> PyResult<Vec<Py<PyAny>>> {
         let index = self.index(port)?;
         let descriptor = self.description.ports[index].descriptor;
-        self.ports[index].messages.iter().map(|message| dict(py, descriptor, &message.words, 0)).collect()
+        self.ports[index].messages.iter().map(|message| dict(py, descriptor, &message.block, 0)).collect()
     }
 
     /// Lines of the log so far, each with its level.
@@ -286,14 +280,22 @@ impl PortMemory {
     }
 }
 
+/// Returns the number of tail items that a value has; 0 if it has no tail.
+/// A value that does not fit is refused when it is written.
+fn tail_items(descriptor: &Descriptor, value: &Bound<'_, PyAny>) -> usize {
+    let tail = descriptor.fields.iter().find(|field| matches!(field.kind, Kind::Tail(_)));
+    let items = tail.and_then(|tail| value.get_item(tail.name).ok()).and_then(|items| items.len().ok());
+    items.unwrap_or(0)
+}
+
 fn entries(port: &PortDescription, memory: &mut PortMemory) -> Vec<Entry> {
     if port.direction == Direction::Outbox {
-        let message = || Message { words: room(port.descriptor.size), answer: 0 };
+        let message = || Message { block: Block::new(port.descriptor.size), items: 0, answer: 0 };
         memory.messages = std::iter::repeat_with(message).take(port.window).collect();
     }
     let entry = |(i, message): (usize, &mut Message)| Entry {
-        data: message.words.as_mut_ptr().cast(),
-        items: Cell::new(0),
+        data: message.block.data(),
+        items: Cell::new(message.items),
         stamp: Stamp { sequence: i as u64 + 1, time: 0, generation: 1 },
         answer: Cell::new(message.answer),
         sender: 0,
@@ -306,7 +308,7 @@ fn slot(port: &PortDescription, memory: &mut PortMemory, entries: &[Entry]) -> P
     PortSlot {
         schema: port.descriptor.hash,
         direction: port.direction as u32,
-        data: memory.words.as_mut_ptr().cast(),
+        data: memory.block.data(),
         items: Cell::new(memory.items),
         capacity: if is_outbox { entries.len() } else { port.capacity },
         stamp: memory.stamp,

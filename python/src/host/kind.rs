@@ -3,19 +3,20 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use pyo3::exceptions::PySyntaxError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use slate_module::blackboard::interface::{Descriptor, View};
+use slate_module::blackboard::interface::{Descriptor, Kind, View};
 use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
 use slate_module::{
     Direction, Frame, InstanceFactory, ModuleKind, ModuleTable, Outcome, Refusal, Setup, Stage,
     decode_interface,
 };
 
-use super::memory::Epoch;
+use super::memory::{Epoch, Numpy};
 use super::plain;
 use super::ports::Port;
-use super::tick::{Bounded, Tick};
+use super::tick::{Tick, TickGuard};
 use super::value::Place;
 
 /// Class of Python that is a module.
@@ -46,8 +47,27 @@ struct Declared {
 /// A declaration that is no description of a module.
 pub fn kind(class: &Bound<'_, PyAny>) -> Result<ModuleKind, Refusal> {
     let Declared { name, doc, kind } = Declared::of(class)?;
+    let ports = kind.ports.iter().map(|port| port.descriptor);
+    if ports
+        .chain([kind.params])
+        .any(|descriptor| descriptor.fields.iter().any(|field| has_array(&field.kind)))
+    {
+        // The import takes longer than a step may, and more memory than a module may need. Without numpy, a step that
+        // reads an array fails.
+        let _ = Numpy::get(class.py(), &name);
+    }
     // SAFETY: the calls of the table are for what `PythonKind` makes.
     Ok(unsafe { ModuleKind::with_factory(Arc::new(kind), TABLE, (&name, &doc, ""), None) })
+}
+
+/// Returns true if a field of that kind is read as an array.
+fn has_array(kind: &Kind) -> bool {
+    match kind {
+        Kind::Array(..) | Kind::Sequence(..) | Kind::Tail(_) => true,
+        Kind::Optional(item) => has_array(item),
+        Kind::Nested(descriptor) => descriptor.fields.iter().any(|field| has_array(&field.kind)),
+        Kind::Primitive(_) | Kind::Enumeration(_) | Kind::Text(_) => false,
+    }
 }
 
 impl Declared {
@@ -91,7 +111,7 @@ impl InstanceFactory for PythonKind {
 
     fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal> {
         Python::attach(|py| {
-            let made = self.start(py, setup, params).map_err(|error| refusal(py, &error))?;
+            let made = self.start(py, setup, params).map_err(|error| shown_refusal(py, &error))?;
             Ok(Box::into_raw(Box::new(made)).cast())
         })
     }
@@ -175,7 +195,7 @@ impl Instance {
         unsafe { self.raising_tick(py, frame) }.unwrap_or_else(|error| {
             let now = self.now.get();
             now.bind(frame);
-            let _bounded = Bounded(now);
+            let _guard = TickGuard(now);
             now.log_exception(py, &error);
             PANICKED
         })
@@ -191,7 +211,7 @@ impl Instance {
     pub unsafe fn raising_tick(&mut self, py: Python<'_>, frame: &Frame) -> PyResult<i32> {
         let now = self.now.clone_ref(py);
         now.get().bind(frame);
-        let _bounded = Bounded(now.get());
+        let _guard = TickGuard(now.get());
         // SAFETY: passed on to the caller.
         unsafe { self.step(py, frame) }
     }
@@ -212,9 +232,9 @@ impl Instance {
         Epoch::begin();
         let outcome = self.tick.call1(py, (&self.now,)).and_then(|outcome| code(outcome.bind(py)));
         self.ports.iter().for_each(|port| port.bind(std::ptr::null()));
+        Epoch::end();
         // An exception keeps what the step had, and tells more.
-        let ended = Epoch::end();
-        outcome.and_then(|code| ended.map(|()| code))
+        outcome.and_then(|code| Epoch::check_views(py).map(|()| code))
     }
 }
 
@@ -235,16 +255,36 @@ fn code(outcome: &Bound<'_, PyAny>) -> PyResult<i32> {
 }
 
 /// Returns an exception as a refusal, with its place in the source.
+/// An exception that no line of the source raises has its innermost place.
 pub fn refusal(py: Python<'_>, error: &PyErr) -> Refusal {
+    let source = super::SOURCE.get();
     let place = || -> PyResult<String> {
         let frames = py.import("traceback")?.call_method1("extract_tb", (error.traceback(py),))?;
-        let last = frames.cast::<PyList>()?.iter().last();
-        let Some(last) = last else { return Ok(String::new()) };
-        let file: String = last.getattr("filename")?.extract()?;
-        let file = Path::new(&file).file_name().unwrap_or_default().display().to_string();
-        Ok(format!(" ({file}:{})", last.getattr("lineno")?))
+        let (mut innermost, mut own) = (None, None);
+        for frame in frames.cast::<PyList>()?.iter() {
+            let file: String = frame.getattr("filename")?.extract()?;
+            let name = Path::new(&file).file_name().unwrap_or_default().display();
+            let place = format!(" ({name}:{})", frame.getattr("lineno")?);
+            if source.is_some_and(|source| Path::new(&file) == source) {
+                own = Some(place.clone());
+            }
+            innermost = Some(place);
+        }
+        // A mistake of syntax says where it is; the innermost place is that of the compiler's call.
+        let innermost = innermost.filter(|_| !error.is_instance_of::<PySyntaxError>(py));
+        Ok(own.or(innermost).unwrap_or_default())
     };
     Refusal(format!("{error}{}", place().unwrap_or_default()))
+}
+
+/// Acts as [`refusal`], and prints the traceback.
+/// Only in a process that runs the source for an agent: other programs show the exception itself.
+pub fn shown_refusal(py: Python<'_>, error: &PyErr) -> Refusal {
+    if super::SOURCE.get().is_some() {
+        let shown = super::tick::traceback(py, error).unwrap_or_else(|_| error.to_string());
+        eprintln!("{}", shown.trim_end());
+    }
+    refusal(py, error)
 }
 
 /// Calls of an instance; [`PythonKind`] describes and makes it.

@@ -1,9 +1,11 @@
 //! Memory of a tick that Python sees: its arrays are views, not copies.
 
+use std::cell::UnsafeCell;
 use std::collections::BTreeMap;
 use std::ffi::c_int;
+use std::ptr::from_ref;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::ffi;
@@ -16,14 +18,67 @@ use slate_module::blackboard::interface::{Kind, Primitive};
 static EPOCH: AtomicU64 = AtomicU64::new(0);
 
 /// Arrays that exist, by number, with the names of their fields.
-static LENT: Mutex<BTreeMap<u64, String>> = Mutex::new(BTreeMap::new());
+static LIVE_VIEWS: Mutex<BTreeMap<u64, String>> = Mutex::new(BTreeMap::new());
+
+fn live_views() -> MutexGuard<'static, BTreeMap<u64, String>> {
+    LIVE_VIEWS.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Counts views of memory.
 static VIEWS: AtomicU64 = AtomicU64::new(0);
 
 /// Number of views at the begin of the tick.
 /// Earlier ones belong to exceptions that are still looked at.
-static EARLIER: AtomicU64 = AtomicU64::new(0);
+static FIRST_VIEW_OF_TICK: AtomicU64 = AtomicU64::new(0);
+
+/// Blocks of fixtures, by their addresses.
+static BLOCKS: Mutex<BTreeMap<usize, Weak<Block>>> = Mutex::new(BTreeMap::new());
+
+fn blocks() -> MutexGuard<'static, BTreeMap<usize, Weak<Block>>> {
+    BLOCKS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Zeroed memory of a fixture, aligned for every interface.
+/// Views of it own it, too: an array that a test keeps may outlive the fixture.
+pub struct Block(Box<[UnsafeCell<u128>]>);
+
+// SAFETY: the GIL orders the users of the memory.
+unsafe impl Send for Block {}
+// SAFETY: as above.
+unsafe impl Sync for Block {}
+
+impl Block {
+    /// Returns a block of at least so many bytes.
+    pub fn new(bytes: usize) -> Arc<Self> {
+        let words = std::iter::repeat_with(|| UnsafeCell::new(0)).take(bytes.div_ceil(16).max(1));
+        let block = Arc::new(Self(words.collect()));
+        blocks().insert(block.data() as usize, Arc::downgrade(&block));
+        block
+    }
+
+    /// Returns the address of its first byte.
+    pub fn data(&self) -> *mut u8 {
+        self.0.as_ptr().cast_mut().cast()
+    }
+
+    /// Returns the block that has an address; `None` for memory of an agent.
+    fn of(address: *const u8) -> Option<Arc<Self>> {
+        let block = blocks().range(..=address as usize).next_back()?.1.upgrade()?;
+        ((address as usize) < block.data() as usize + size_of_val(&*block.0)).then_some(block)
+    }
+}
+
+impl Drop for Block {
+    fn drop(&mut self) {
+        blocks().remove(&(self.data() as usize));
+    }
+}
+
+/// Returns a number of the calling thread, which no other living thread has.
+pub fn thread() -> usize {
+    thread_local!(static MARK: u8 = const { 0 });
+    MARK.with(|mark| from_ref(mark) as usize)
+}
 
 /// Tick in which memory may be used.
 #[derive(Clone, Copy, PartialEq)]
@@ -38,18 +93,29 @@ impl Epoch {
     /// Begins a tick.
     pub fn begin() {
         EPOCH.fetch_add(1, Ordering::Relaxed);
-        EARLIER.store(VIEWS.load(Ordering::Relaxed), Ordering::Relaxed);
+        FIRST_VIEW_OF_TICK.store(VIEWS.load(Ordering::Relaxed), Ordering::Relaxed);
     }
 
     /// Ends a tick.
+    pub fn end() {
+        EPOCH.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Checks that no array of the ended tick exists.
     ///
     /// # Errors
-    /// Arrays of the tick that still exist, by their fields.
-    pub fn end() -> PyResult<()> {
-        EPOCH.fetch_add(1, Ordering::Relaxed);
-        let lent = LENT.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut own = lent.range(EARLIER.load(Ordering::Relaxed)..);
-        let Some((_, name)) = own.next() else { return Ok(()) };
+    /// The first array that does, by its field.
+    pub fn check_views(py: Python<'_>) -> PyResult<()> {
+        let kept = || {
+            let views = live_views();
+            views.range(FIRST_VIEW_OF_TICK.load(Ordering::Relaxed)..).next().map(|(_, name)| name.clone())
+        };
+        if kept().is_none() {
+            return Ok(());
+        }
+        // A cycle of references may hold it, such as an exception that a variable of its own frame has.
+        py.import("gc")?.call_method0("collect")?;
+        let Some(name) = kept() else { return Ok(()) };
         Err(PyRuntimeError::new_err(format!(
             "the array of {name} is kept after the tick, when its memory changes: keep a copy, `array.copy()`"
         )))
@@ -74,9 +140,11 @@ pub struct Memory {
     writable: bool,
     number: u64,
     name: String,
+    /// Block of a fixture; an agent's memory is mapped as long as the process lives.
+    _block: Option<Arc<Block>>,
 }
 
-// SAFETY: the memory is mapped as long as the process lives; the interpreter's lock orders its users.
+// SAFETY: the memory is mapped as long as the process lives, or owned; the GIL orders its users.
 unsafe impl Send for Memory {}
 // SAFETY: as above.
 unsafe impl Sync for Memory {}
@@ -86,7 +154,7 @@ impl Memory {
     unsafe fn __getbuffer__(slf: Bound<'_, Self>, view: *mut ffi::Py_buffer, flags: c_int) -> PyResult<()> {
         let memory = slf.get();
         let readonly = c_int::from(!memory.writable);
-        // SAFETY: the interpreter passes a view to be filled; the memory outlives the process's last view.
+        // SAFETY: the interpreter passes a view to be filled, which owns this object; that the memory.
         let code = unsafe {
             ffi::PyBuffer_FillInfo(
                 view,
@@ -100,12 +168,12 @@ impl Memory {
         if code != 0 {
             return Err(PyErr::fetch(slf.py()));
         }
-        LENT.lock().unwrap_or_else(PoisonError::into_inner).insert(memory.number, memory.name.clone());
+        live_views().insert(memory.number, memory.name.clone());
         Ok(())
     }
 
     unsafe fn __releasebuffer__(&self, _view: *mut ffi::Py_buffer) {
-        LENT.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.number);
+        live_views().remove(&self.number);
     }
 }
 
@@ -138,6 +206,7 @@ impl Items {
             writable: self.writable,
             number: VIEWS.fetch_add(1, Ordering::Relaxed),
             name: name.into(),
+            _block: Block::of(self.data),
         };
         let flat = numpy.from_buffer.bind(py).call1((Bound::new(py, memory)?, dtype))?;
         if inner.is_empty() {
@@ -162,9 +231,9 @@ impl Numpy {
         NUMPY.get_or_try_init(py, || {
             let module = py.import("numpy").map_err(|error| {
                 let message = format!("{name} is an array, which needs numpy: pip install numpy");
-                let told = pyo3::exceptions::PyImportError::new_err(message);
-                told.set_cause(py, Some(error));
-                told
+                let raised = pyo3::exceptions::PyImportError::new_err(message);
+                raised.set_cause(py, Some(error));
+                raised
             })?;
             let function = |name| module.getattr(name).map(Bound::unbind);
             Ok(Self {

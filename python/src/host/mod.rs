@@ -13,7 +13,8 @@ mod value;
 mod write;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
@@ -24,6 +25,7 @@ use slate_runtime::isolation::{PythonSource, serve_python};
 
 pub use fixture::Fixture;
 pub use kind::is_stage;
+use memory::Block;
 pub use ports::{CommandPort, DebugPort, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Stamp};
 pub use tick::Tick;
 pub use value::Value;
@@ -35,15 +37,19 @@ pub fn serve_module(py: Python<'_>, load: Py<PyAny>) -> PyResult<()> {
     let open = |source: &PythonSource| {
         Python::attach(|py| {
             known().clone_from(&source.interfaces);
+            SOURCE.get_or_init(|| source.file.clone());
             let classes = load.bind(py).call1((&source.file, &source.copy));
             let classes = classes.and_then(|classes| classes.extract::<Vec<Bound<'_, PyAny>>>());
-            let classes = classes.map_err(|error| kind::refusal(py, &error))?;
+            let classes = classes.map_err(|error| kind::shown_refusal(py, &error))?;
             classes.iter().map(kind::kind).collect::<Result<_, Refusal>>()
         })
     };
     py.detach(|| serve_python(open))
         .map_err(|error| PyOSError::new_err(format!("{error}: an agent starts this program for its modules")))
 }
+
+/// Source file that this process runs for an agent; empty in other programs.
+static SOURCE: OnceLock<PathBuf> = OnceLock::new();
 
 /// Interfaces of the agent that runs the module, by their names.
 static KNOWN: Mutex<BTreeMap<String, Vec<u8>>> = Mutex::new(BTreeMap::new());
@@ -77,10 +83,10 @@ pub fn interfaces() -> BTreeSet<String> {
 pub fn encode_value(interface: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> PyResult<Py<PyBytes>> {
     let encoded = plain::encode(interface)?;
     let descriptor: &'static Descriptor = decode_interface(&encoded).map_err(|refusal| wrong(&refusal))?;
-    let mut bytes = vec![0_u128; descriptor.size.div_ceil(16).max(1)];
-    write::table(descriptor, bytes.as_mut_ptr().cast(), 0, value)?;
+    let block = Block::new(descriptor.size);
+    write::write_dict(descriptor, block.data(), 0, value)?;
     // SAFETY: there are at least so many bytes, all of which are initialized.
-    let bytes = unsafe { std::slice::from_raw_parts(bytes.as_ptr().cast::<u8>(), descriptor.size) };
+    let bytes = unsafe { std::slice::from_raw_parts(block.data(), descriptor.size) };
     Ok(PyBytes::new(interface.py(), bytes).unbind())
 }
 

@@ -8,7 +8,7 @@ use serde::ser::{Error as _, SerializeMap, SerializeSeq};
 use serde::{Deserialize, Serialize, Serializer};
 use slate_module::Refusal;
 
-/// Object to be written: None, truth values, numbers, text, bytes, lists and dicts.
+/// Object to be written: None, booleans, numbers, text, bytes, lists and dicts.
 struct Plain<'a, 'py>(&'a Bound<'py, PyAny>);
 
 /// Encodes an object as CBOR.
@@ -67,7 +67,7 @@ impl Serialize for Plain<'_, '_> {
         } else {
             let name = object.get_type().name().map_err(failed)?;
             Err(S::Error::custom(format!(
-                "a {name} can't be saved: only None, truth values, numbers, text, bytes, lists, tuples, dicts with \
+                "a {name} can't be saved: only None, booleans, numbers, text, bytes, lists, tuples, dicts with \
                  text for keys, and arrays of numpy can"
             )))
         }

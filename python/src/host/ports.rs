@@ -2,7 +2,7 @@
 
 use std::ptr::null_mut;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicPtr, Ordering};
+use std::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 
 use pyo3::exceptions::{PyAttributeError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::{Delivery, Direction, Entry, Flags, PortSlot};
 
-use super::memory::Epoch;
+use super::memory::{Epoch, thread};
 use super::value::{Place, Value, fill};
 
 /// Port with its slot; the slot is null outside of a tick.
@@ -19,23 +19,35 @@ pub struct Port {
     pub descriptor: &'static Descriptor,
     pub direction: Direction,
     slot: AtomicPtr<PortSlot>,
+    /// Number of the thread that ticks.
+    thread: AtomicUsize,
 }
 
 impl Port {
     pub fn new(name: String, descriptor: &'static Descriptor, direction: Direction) -> Arc<Self> {
-        Arc::new(Self { name, descriptor, direction, slot: AtomicPtr::new(null_mut()) })
+        let (slot, thread) = (AtomicPtr::new(null_mut()), AtomicUsize::new(0));
+        Arc::new(Self { name, descriptor, direction, slot, thread })
     }
 
     /// Binds the port for a tick, or ends its use.
     pub fn bind(&self, slot: *const PortSlot) {
+        self.thread.store(thread(), Ordering::Relaxed);
         self.slot.store(slot.cast_mut(), Ordering::Relaxed);
     }
 
     fn slot(&self) -> PyResult<&PortSlot> {
         // SAFETY: the slot lives during the tick, and is null outside of it.
-        unsafe { self.slot.load(Ordering::Relaxed).as_ref() }.ok_or_else(|| {
+        let slot = unsafe { self.slot.load(Ordering::Relaxed).as_ref() }.ok_or_else(|| {
             PyRuntimeError::new_err(format!("the port `{}` is used outside of a tick", self.name))
-        })
+        })?;
+        // What other threads do at which time differs between runs.
+        if self.thread.load(Ordering::Relaxed) != thread() {
+            let name = &self.name;
+            let message =
+                format!("the port `{name}` is used by another thread: only `tick` may; pass copies");
+            return Err(PyRuntimeError::new_err(message));
+        }
+        Ok(slot)
     }
 
     fn place(&self, data: *mut u8, items: usize, writable: bool) -> Place {
@@ -70,7 +82,7 @@ impl Port {
         // What is half written is not published.
         slot.flags.set(slot.flags.get() & !Flags::SET);
         let items = fill(&self.place(slot.data, 0, true), slot.capacity, value)
-            .map_err(|error| self.told(error, value.py()))?;
+            .map_err(|error| self.with_port_name(error, value.py()))?;
         slot.items.set(items);
         slot.flags.set(slot.flags.get() | Flags::SET);
         Ok(slot)
@@ -95,11 +107,11 @@ impl Port {
     }
 
     /// Adds the name of the port to an error about a value.
-    fn told(&self, error: PyErr, py: Python<'_>) -> PyErr {
+    fn with_port_name(&self, error: PyErr, py: Python<'_>) -> PyErr {
         let text = format!("port `{}`: {}", self.name, error.value(py));
-        let told = PyErr::from_type(error.get_type(py), (text,));
-        told.set_cause(py, error.cause(py));
-        told
+        let named = PyErr::from_type(error.get_type(py), (text,));
+        named.set_cause(py, error.cause(py));
+        named
     }
 
     fn entries(&self) -> PyResult<&[Entry]> {
@@ -409,7 +421,8 @@ impl OutboxPort {
         let value = named(value, fields)?;
         // SAFETY: the host lends so many entries to this tick alone, each with room for the interface.
         let data = unsafe { (*slot.entries.add(count)).data };
-        fill(&self.0.place(data, 0, true), 0, &value).map_err(|error| self.0.told(error, value.py()))?;
+        fill(&self.0.place(data, 0, true), 0, &value)
+            .map_err(|error| self.0.with_port_name(error, value.py()))?;
         slot.count.set(count + 1);
         Ok(Some(slot.stamp.sequence + count as u64 + 1))
     }

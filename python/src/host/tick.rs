@@ -1,23 +1,28 @@
 //! Time, random numbers and log of a step.
 
 use std::ptr::null_mut;
-use std::sync::atomic::{AtomicPtr, Ordering};
+use std::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use slate_module::{FieldValue, Frame, Level};
 
+use super::memory::thread;
+
 /// Time, random numbers and log of a step, as `Tick` in Rust.
 #[pyclass(frozen, module = "slate")]
 #[derive(Default)]
 pub struct Tick {
     frame: AtomicPtr<Frame>,
+    /// Number of the thread that ticks.
+    thread: AtomicUsize,
 }
 
 impl Tick {
     /// Binds it for a tick, or ends its use.
     pub fn bind(&self, frame: *const Frame) {
+        self.thread.store(thread(), Ordering::Relaxed);
         self.frame.store(frame.cast_mut(), Ordering::Relaxed);
     }
 
@@ -25,6 +30,11 @@ impl Tick {
         // SAFETY: the frame lives during the tick, and is null outside of it.
         let frame = unsafe { self.frame.load(Ordering::Relaxed).as_ref() };
         let frame = frame.ok_or_else(|| PyRuntimeError::new_err("a tick is used after its end"))?;
+        if self.thread.load(Ordering::Relaxed) != thread() {
+            let message =
+                "a tick is used by another thread: only `tick` may use it; pass copies of what it has";
+            return Err(PyRuntimeError::new_err(message));
+        }
         // SAFETY: as above.
         Ok(unsafe { slate_module::Tick::new(frame) })
     }
@@ -115,7 +125,8 @@ impl Tick {
     }
 }
 
-fn traceback(py: Python<'_>, error: &PyErr) -> PyResult<String> {
+/// Returns an exception as the interpreter prints it.
+pub fn traceback(py: Python<'_>, error: &PyErr) -> PyResult<String> {
     // The exception itself does not have its traceback: the interpreter lends the two apart.
     let parts = (error.get_type(py), error.value(py), error.traceback(py));
     let lines = py.import("traceback")?.call_method1("format_exception", parts)?;
@@ -156,9 +167,9 @@ impl FieldText {
 }
 
 /// Ends the use of a tick when it is dropped.
-pub struct Bounded<'a>(pub &'a Tick);
+pub struct TickGuard<'a>(pub &'a Tick);
 
-impl Drop for Bounded<'_> {
+impl Drop for TickGuard<'_> {
     fn drop(&mut self) {
         self.0.frame.store(null_mut(), Ordering::Relaxed);
     }

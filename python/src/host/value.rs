@@ -19,7 +19,7 @@ pub struct Place {
     pub epoch: Epoch,
 }
 
-// SAFETY: the memory is mapped as long as the process lives; the interpreter's lock orders its users.
+// SAFETY: it is used during its tick only, which `check` ensures and in which the memory stays; the GIL orders its users.
 unsafe impl Send for Place {}
 // SAFETY: as above.
 unsafe impl Sync for Place {}
@@ -228,5 +228,5 @@ pub fn fill(place: &Place, capacity: usize, value: &Bound<'_, PyAny>) -> PyResul
         unsafe { place.data.copy_from(other.data, bytes) };
         return Ok(other.items);
     }
-    write::table(place.descriptor, place.data, capacity, value)
+    write::write_dict(place.descriptor, place.data, capacity, value)
 }

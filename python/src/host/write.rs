@@ -46,7 +46,7 @@ pub fn fits(descriptor: &Descriptor, items: usize, capacity: usize) -> PyResult<
 ///
 /// # Errors
 /// The first field that is missing, unknown or of another type.
-pub fn table(
+pub fn write_dict(
     descriptor: &'static Descriptor,
     data: *mut u8,
     capacity: usize,
@@ -236,7 +236,7 @@ fn number(
     }
     macro_rules! integer {
         ($type:ty) => {{
-            // A number of numpy is no int, but can stand for one; a truth value does not.
+            // A number of numpy is no int, but can stand for one; a boolean does not.
             if value.is_instance_of::<PyBool>() || value.is_instance_of::<PyFloat>() {
                 return Err(unfit());
             }
