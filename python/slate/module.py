@@ -16,6 +16,9 @@ from __future__ import annotations
 import copy
 import difflib
 import enum
+import hashlib
+import importlib.util
+import inspect
 import random
 import re
 import sys
@@ -374,8 +377,9 @@ class Module:
         unique: str = "",
     ) -> None:
         cls._state = dict(cls._state)
-        for own in vars(cls).get("__annotations__", {}):
-            if own.startswith("_"):
+        for own in _annotations(cls):
+            # An annotated port is a port.
+            if own.startswith("_") or isinstance(vars(cls).get(own), (_Port, Parameter)):
                 continue
             if own not in vars(cls):
                 raise TypeError(f"the state `{own}` of {cls.__name__} needs a first value: `{own}: int = 0`")
@@ -384,9 +388,15 @@ class Module:
             return  # A base of modules, and none itself.
         if not _slate.is_stage(stage):
             raise ValueError(f"stage of {cls.__name__}: `{stage}` is none; there are PreLoop, ..., Think, Act, PostLoop")
-        if "tick" not in dir(cls):
+        if cls.tick is Module.tick:
             raise TypeError(f"{cls.__name__} has no `def tick(self, now)`")
+        if cls.__init__ is not object.__init__:
+            raise TypeError(f"{cls.__name__} has an `__init__`, which is not called: use `def create(self, setup)`")
         ports = [on] if isinstance(on, str) else list(on)
+        if every is not None and ports:
+            raise TypeError(f"{cls.__name__} has `every` and `on`: a module has one trigger")
+        if timeout is not None and not ports:
+            raise TypeError(f"{cls.__name__} has a `timeout` without `on`, whose longest wait it is")
         trigger: Any = "Stage"
         if every is not None:
             trigger = {"Every": _duration(every, "every")}
@@ -438,10 +448,8 @@ class Module:
         cls, ports: dict[str, Any], parameters: dict[str, Any], name: str, seed: int, period: int
     ) -> Module:
         """Makes an instance for the host."""
-        # What uses these is the same in each run; a state restored later does not have them.
-        random.seed(f"{seed} {name}")
-        if numpy := sys.modules.get("numpy"):
-            numpy.random.seed(seed % 2**32)
+        # The same in each run, and another stream in each module; a snapshot does not have their state.
+        _seed_random(f"{seed} {name}")
         module = cls.__new__(cls)
         module._ports, module._parameters = ports, parameters
         for state, value in cls._state.items():
@@ -450,7 +458,7 @@ class Module:
         return module
 
     def _save(self) -> dict[str, Any]:
-        return {name: _packed(getattr(self, name)) for name in self._state}
+        return {name: _packed(_plain(name, first, getattr(self, name))) for name, first in self._state.items()}
 
     def _restore(self, state: Any) -> None:
         if not isinstance(state, dict):
@@ -459,44 +467,127 @@ class Module:
         for name, first in self._state.items():
             if name not in state:
                 raise ValueError(f"it has no `{name}`")
-            value = _unpacked(state[name])
-            if isinstance(first, tuple) and isinstance(value, list):
-                value = tuple(value)
-            if isinstance(first, float) and type(value) is int:
-                value = float(value)
-            if first is not None and value is not None and type(value) is not type(first):
-                kinds = type(first).__name__, type(value).__name__
-                raise ValueError(f"`{name}`: expected {kinds[0]}, found {kinds[1]}")
-            values[name] = value
+            values[name] = _typed(name, first, _unpacked(state[name]))
         for name, value in values.items():
             setattr(self, name, value)
 
 
-_ARRAY = {"dtype", "shape", "data"}
+def _annotations(cls: type) -> dict[str, Any]:
+    """Returns the annotations of a class alone, without those of its bases."""
+    if sys.version_info >= (3, 14):
+        import annotationlib
+
+        # They are evaluated when they are read, and may name what is declared later.
+        return annotationlib.get_annotations(cls, format=annotationlib.Format.FORWARDREF)
+    return inspect.get_annotations(cls)
+
+
+def _seed_random(text: str) -> None:
+    """Seeds the generators of `random` and of `numpy.random`, if numpy is installed."""
+    random.seed(text)
+    # One that a module imports later would begin with a seed of the system.
+    if importlib.util.find_spec("numpy") is None:
+        return
+    try:
+        import numpy
+    except ImportError:
+        return
+    numpy.random.seed(int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big"))
+
+
+def _is_named(value: Any) -> bool:
+    return isinstance(value, tuple) and hasattr(value, "_fields")
+
+
+def _is_scalar(value: Any) -> bool:
+    """Returns true for a number of numpy."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, numpy.generic) and value.dtype.names is None
+
+
+def _wrong(name: str, first: Any, value: Any) -> ValueError:
+    expected = "a plain value" if first is None else type(first).__name__
+    return ValueError(f"`{name}`: expected {expected}, found {type(value).__name__}")
+
+
+def _plain(name: str, first: Any, value: Any) -> Any:
+    """Returns a state to be saved in a plain type.
+
+    A state that could not be restored is refused, so that a snapshot fails and not its use.
+    """
+    plain = value.item() if _is_scalar(value) else value
+    if isinstance(value, enum.Enum) or _is_named(value):
+        if type(value) is type(first):
+            plain = value.value if isinstance(value, enum.Enum) else tuple(value)
+        elif type(first) in (int, str) and isinstance(value, type(first)):
+            plain = type(first)(value)
+        else:
+            raise _wrong(name, first, value)
+    _typed(name, first, plain)
+    return plain
+
+
+def _typed(name: str, first: Any, value: Any) -> Any:
+    """Returns a plain value in the type of a state's first value; None is of every type."""
+    kind = type(first)
+    if first is None or value is None or type(value) is kind:
+        return value
+    if kind is float and type(value) is int:
+        return float(value)
+    try:
+        if isinstance(first, enum.Enum):
+            return kind(value)
+        if _is_named(first) and type(value) is tuple:
+            return kind(*value)
+        if _is_scalar(first) and type(value) is type(first.item()):
+            return kind(value)
+    except (TypeError, ValueError):
+        pass
+    raise _wrong(name, first, value)
+
+
+_TAGS = {"$tuple", "$array", "$dict"}
 
 
 def _packed(value: Any) -> Any:
-    """Returns a value of the state as plain objects; an array of numpy as its type, shape and bytes."""
-    if isinstance(value, (list, tuple)):
+    """Returns a plain value as objects of CBOR; tuples and arrays of numpy are tagged."""
+    value = value.item() if _is_scalar(value) else value
+    kind = type(value)
+    if value is None or kind in (bool, int, float, str, bytes):
+        return value
+    if kind is list:
         return [_packed(item) for item in value]
-    if isinstance(value, dict):
-        return {key: _packed(item) for key, item in value.items()}
-    if hasattr(value, "dtype") and hasattr(value, "tobytes"):
-        if value.shape == ():
-            return value.item()
+    if kind is tuple:
+        return {"$tuple": [_packed(item) for item in value]}
+    if kind is dict:
+        table = {key: _packed(item) for key, item in value.items()}
+        return {"$dict": table} if len(table) == 1 and table.keys() <= _TAGS else table
+    if (numpy := sys.modules.get("numpy")) is not None and kind is numpy.ndarray:
         if value.dtype.hasobject:
             raise TypeError("an array of objects can't be saved: use one of numbers")
-        return {"dtype": value.dtype.str, "shape": list(value.shape), "data": value.tobytes()}
-    return value
+        # The names of a structured type are in its description alone.
+        dtype = _packed(numpy.lib.format.dtype_to_descr(value.dtype))
+        return {"$array": {"dtype": dtype, "shape": list(value.shape), "data": value.tobytes()}}
+    what = "inside of another value" if isinstance(value, enum.Enum) or _is_named(value) else "here"
+    raise TypeError(
+        f"a {kind.__name__} can't be saved {what}: only None, booleans, numbers, text, bytes, lists, tuples, dicts with "
+        "text for keys, and arrays of numpy can; an enumeration or a NamedTuple only as a whole state"
+    )
 
 
 def _unpacked(value: Any) -> Any:
     if isinstance(value, list):
         return [_unpacked(item) for item in value]
-    if isinstance(value, dict) and value.keys() == _ARRAY:
+    if not isinstance(value, dict):
+        return value
+    if value.keys() == {"$tuple"}:
+        return tuple(_unpacked(item) for item in value["$tuple"])
+    if value.keys() == {"$array"}:
         import numpy
 
-        return numpy.frombuffer(value["data"], value["dtype"]).reshape(value["shape"]).copy()
-    if isinstance(value, dict):
-        return {key: _unpacked(item) for key, item in value.items()}
-    return value
+        array = value["$array"]
+        dtype = numpy.lib.format.descr_to_dtype(_unpacked(array["dtype"]))
+        # A copy by numpy would not have the bytes between fields.
+        return numpy.ndarray(array["shape"], dtype, bytearray(array["data"]))
+    table = value["$dict"] if value.keys() == {"$dict"} else value
+    return {key: _unpacked(item) for key, item in table.items()}

@@ -1,11 +1,18 @@
 """Modules in Python: in a fixture, in agents, with faults, across reloads and snapshots."""
 
+import enum
+import gc
 import json
 import os
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+import traceback
+import typing
 import unittest
 import unittest.mock
 from pathlib import Path
@@ -34,7 +41,7 @@ class Counter(slate.Module, stage="Think"):
 
 
 class Villain(slate.Module, stage="Think"):
-    """Does what it is told."""
+    """Fails in the way that a message orders."""
 
     order = slate.Inbox("Point2")
     alive = slate.Output("Point2", safe={"x": -1.0, "y": 0.0})
@@ -114,6 +121,39 @@ def seconds(limit, condition):
     raise AssertionError(f"not within {limit} s")
 
 
+class Gear(enum.IntEnum):
+    REVERSE = -1
+    FIRST = 1
+
+
+class Color(enum.Enum):
+    RED = "red"
+    BLUE = "blue"
+
+
+class Place(typing.NamedTuple):
+    x: float
+    y: float
+
+
+class Keeper(slate.Module, stage="Think"):
+    """Keeps states of all types."""
+
+    # Annotated, and yet no state; the type of the second is declared nowhere.
+    pose: slate.Input = slate.Input("Pose2")
+    later: "NotYet" = None
+    pairs: list = []
+    anything: object = None
+    gear: Gear = Gear.FIRST
+    color: Color = Color.BLUE
+    place: Place = Place(0.0, 0.0)
+    count: int = 0
+    level: int = 0
+    gain: float = 0.0
+
+    def tick(self, now): ...
+
+
 class InFixture(unittest.TestCase):
     def beams(self, deed=None):
         beams = slate.Fixture(Beams)
@@ -155,6 +195,116 @@ class InFixture(unittest.TestCase):
         self.assertIn("`ranges` of LaserScan", message)
         self.assertIn("copy", message)
 
+    def test_an_array_that_only_a_cycle_holds_is_no_failure(self):
+        def deed(beams):
+            ranges = beams.scan.get().ranges
+            try:
+                ranges[0] = 5.0
+            except ValueError as error:
+                kept = error
+            self.assertIn("read-only", str(kept))
+
+        gc.disable()
+        self.addCleanup(gc.enable)
+        self.assertEqual(self.beams(deed).tick(), slate.Outcome.OK)
+
+    def test_a_kept_array_outlives_its_fixture(self):
+        def deed(beams):
+            copy = beams.copy.write(8)
+            copy.ranges[:] = 7.0
+            kept.append(copy.ranges)
+            kept.append(beams.scan.get().ranges)
+
+        kept = []
+        beams = self.beams(deed)
+        with self.assertRaises(RuntimeError):
+            beams.tick()
+        del beams
+        gc.collect()
+        others = [self.beams() for _ in range(100)]
+        self.assertEqual(kept[0].tolist(), [7.0] * 8)
+        self.assertEqual(kept[1].tolist(), [1.0, 2.0, 3.5])
+        del others
+
+    def test_a_kept_array_outlives_its_message(self):
+        class Reader(slate.Module, stage="Think"):
+            queue = slate.Queue("LaserScan")
+
+            def tick(self, now):
+                kept.extend(scan.ranges for scan in self.queue)
+
+        kept = []
+        reader = slate.Fixture(Reader)
+        reader.push("queue", SCAN)
+        with self.assertRaises(RuntimeError):
+            reader.tick()
+        for _ in range(20):
+            reader.push("queue", {**SCAN, "ranges": [9.0, 9.0, 9.0]})
+            self.assertEqual(kept[0].tolist(), [1.0, 2.0, 3.5])
+
+    def test_ports_and_the_tick_are_for_its_thread_only(self):
+        class Threaded(slate.Module, stage="Think"):
+            motion = slate.Output("Twist2")
+
+            def tick(self, now):
+                def work():
+                    for use in (lambda: self.motion.set(linear=1.0, angular=0.0), now.normal):
+                        try:
+                            use()
+                        except RuntimeError as error:
+                            errors.append(str(error))
+
+                thread = threading.Thread(target=work)
+                thread.start()
+                thread.join()
+
+        errors = []
+        threaded = slate.Fixture(Threaded)
+        threaded.tick()
+        self.assertEqual(errors[0], "the port `motion` is used by another thread: only `tick` may; pass copies")
+        self.assertIn("a tick is used by another thread", errors[1])
+        self.assertIsNone(threaded.output("motion"))
+
+    def test_a_field_named_as_a_method_is_read_by_its_name(self):
+        class Reading(slate.Interface):
+            value = slate.Field("f64")
+            stamp = slate.Field("u32")
+            get = slate.Field("bool")
+
+        class Reader(slate.Module, stage="Think"):
+            required = slate.Required(Reading)
+            inbox = slate.Inbox(Reading)
+
+            def tick(self, now):
+                for values in (self.required, *self.inbox):
+                    read.append([values[name] for name in ("value", "stamp", "get")])
+
+        read = []
+        reader = slate.Fixture(Reader)
+        reader.set("required", value=0.5, stamp=3, get=True)
+        reader.push("inbox", value=1.5, stamp=4, get=False)
+        reader.tick()
+        self.assertEqual(read, [[0.5, 3, True], [1.5, 4, False]])
+
+    def test_random_numbers_are_the_same_in_each_run(self):
+        code = """
+import sys
+import slate
+class One(slate.Module, stage="Think"):
+    def create(self, setup):
+        import random, numpy
+        print(random.random(), numpy.random.random())
+    def tick(self, now): ...
+class Two(One, stage="Think"):
+    def tick(self, now): ...
+slate.Fixture(One), slate.Fixture(Two)
+"""
+        runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True) for _ in range(2)]
+        self.assertEqual(runs[0].stdout, runs[1].stdout, runs[0].stderr)
+        one, two = runs[0].stdout.splitlines()
+        for drawn in zip(one.split(), two.split(), strict=True):
+            self.assertNotEqual(*drawn)
+
     def test_a_value_is_refused_after_its_tick(self):
         kept = []
         beams = self.beams(lambda beams: kept.append(beams.scan.get()))
@@ -190,6 +340,52 @@ class InFixture(unittest.TestCase):
         self.assertEqual(other.module.seen, [6.5])
         self.assertEqual(other.module.history.tolist(), [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
         self.assertEqual(slate.Fixture(Beams).module.seen, [], "each instance has a state of its own")
+
+    def restored(self, **state):
+        """Saves a state and returns what is restored."""
+        saved, other = slate.Fixture(Keeper), slate.Fixture(Keeper)
+        for name, value in state.items():
+            setattr(saved.module, name, value)
+        other.restore(saved.save())
+        values = [getattr(other.module, name) for name in state]
+        return values if len(values) > 1 else values[0]
+
+    def test_a_saved_state_comes_back_as_it_was(self):
+        self.assertEqual(self.restored(pairs=[(1, 2.0), ("a", [(3,)])]), [(1, 2.0), ("a", [(3,)])])
+        self.assertEqual(self.restored(anything=(1, (2, None))), (1, (2, None)))
+        for odd in ({"$tuple": [1]}, {"$dict": {"$array": 2}}, {"dtype": 1, "shape": 2, "data": 3}):
+            self.assertEqual(self.restored(anything=odd), odd)
+        gear, color, place = self.restored(gear=Gear.REVERSE, color=Color.RED, place=Place(1.0, 2.0))
+        self.assertIs(gear, Gear.REVERSE)
+        self.assertIs(color, Color.RED)
+        self.assertEqual((type(place), place.y), (Place, 2.0))
+        count, gain, level = self.restored(count=numpy.int64(3), gain=2, level=Gear.REVERSE)
+        self.assertEqual([(type(value), value) for value in (count, gain, level)], [(int, 3), (float, 2.0), (int, -1)])
+
+    def test_a_saved_array_keeps_its_fields(self):
+        padded = numpy.dtype({"names": ["x", "raw"], "formats": ["f4", ("u1", (3,))], "offsets": [0, 8], "itemsize": 16})
+        points = numpy.zeros(2, padded)
+        points["x"] = [1.0, 2.0]
+        for array in (points, numpy.array(["2026-01-01"], "M8[s]"), numpy.arange(6, dtype=">i2").reshape(2, 3)):
+            back = self.restored(anything=array)
+            self.assertEqual((back.dtype, back.shape), (array.dtype, array.shape))
+            self.assertEqual(back.tobytes(), array.tobytes())
+        self.assertEqual(self.restored(anything=[points])[0].dtype, padded)
+
+    def test_a_state_that_could_not_be_restored_is_not_saved(self):
+        for state, reason in [
+            ({"count": 0.5}, "`count`: expected int, found float"),
+            ({"pairs": (1,)}, "`pairs`: expected list, found tuple"),
+            ({"gear": 7}, "`gear`: expected Gear, found int"),
+            ({"gear": Color.RED}, "`gear`: expected Gear, found Color"),
+            ({"anything": Place(0.0, 0.0)}, "`anything`: expected a plain value, found Place"),
+            ({"pairs": [Gear.FIRST]}, "a Gear can't be saved inside of another value"),
+            ({"anything": {1, 2}}, "a set can't be saved here: only None, booleans"),
+            ({"anything": {1: 2}}, "the key 1 of a dict is no text"),
+        ]:
+            with self.assertRaises((ValueError, TypeError)) as raised:
+                self.restored(**state)
+            self.assertIn(reason, str(raised.exception))
 
     def test_a_state_that_does_not_fit_is_refused(self):
         class Before(slate.Module, stage="Think"):
@@ -282,6 +478,31 @@ class InFixture(unittest.TestCase):
             type("Odd", (slate.Module,), {"tick": lambda self, now: None}, stage="Think", every="fast")
         with self.assertRaisesRegex(ValueError, "stage of Odd: `Thinking` is none"):
             type("Odd", (slate.Module,), {"tick": lambda self, now: None}, stage="Thinking")
+        tick = {"tick": lambda self, now: None}
+        for members, triggers, reason in [
+            ({}, {}, "Odd has no `def tick"),
+            ({**tick, "__init__": lambda self: None}, {}, "`__init__`, which is not called: use `def create"),
+            (tick, {"every": "10ms", "on": "pose"}, "has `every` and `on`: a module has one trigger"),
+            (tick, {"timeout": "1s"}, "has a `timeout` without `on`"),
+        ]:
+            with self.assertRaisesRegex(TypeError, reason):
+                type("Odd", (slate.Module,), members, stage="Think", **triggers)
+
+    def test_a_traceback_shows_the_source_that_runs(self):
+        from slate.host import load
+
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.enterContext(unittest.mock.patch.object(sys, "path", list(sys.path)))
+        source, copy = folder / "edited_later.py", folder / "copy"
+        text = MODULES + "\n\nDefault = Counter\nraised = lambda: 1 / 0  # as it was\n"
+        copy.write_text(text)
+        source.write_text("\n" * 300)
+        self.assertEqual([kind.__name__ for kind in load(source, copy)], ["Counter", "Villain"], "each is one kind")
+        try:
+            sys.modules.pop("edited_later").raised()
+        except ZeroDivisionError:
+            shown = traceback.format_exc()
+        self.assertIn("# as it was", shown)
 
     def test_without_numpy_an_array_says_what_is_missing(self):
         code = """
@@ -405,10 +626,67 @@ class InLockstep(unittest.TestCase):
         summary = slate.run(example, seed=0, set=limit, out=out)
         self.assertEqual(summary["outcome"], "timed_out", summary)
 
+    def test_a_package_of_another_build_is_refused_with_both_versions(self):
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-P", "-m", "slate.host"]
+        with ours, subprocess.Popen(command, stdin=theirs, stdout=subprocess.DEVNULL) as process:
+            theirs.close()
+            build = b"9.9.9 1 2 3 4"
+            # The byte that brings the shared memory, and the first request: its topic, code and length.
+            ours.sendall(b"\0" + struct.pack("=IiI", 12, 0, len(build)) + build)
+            topic, code, length = struct.unpack("=IiI", ours.recv(12, socket.MSG_WAITALL))
+            refusal = ours.recv(length, socket.MSG_WAITALL).decode()
+            self.assertEqual(process.wait(10), 0)
+        self.assertNotEqual(code, 0)
+        self.assertEqual(refusal, f"the package slate-robotics is {slate.__version__}, the agent 9.9.9")
+
+    def test_what_a_module_prints_is_no_output_of_the_program(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        noise = 'import os, subprocess\nos.write(1, b"noise 1\\n")\nsubprocess.run(["echo", "noise 2"])\nprint("noise 3")\n'
+        (folder / "odd.py").write_text(noise + MODULES)
+        command = [program(), "plugin", "info", folder / "odd.py", "--json"]
+        ended = subprocess.run(command, capture_output=True, text=True)
+        self.assertEqual(len(json.loads(ended.stdout)["modules"]), 2)
+        for number in (1, 2, 3):
+            self.assertIn(f"noise {number}", ended.stderr)
+
+    def test_interfaces_are_those_of_plugins_before_it_in_the_file(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (folder / "zzz.py").write_text(
+            "import slate\n\nclass Batt(slate.Interface):\n    charge = slate.Field('f64')\n\n"
+            "class Charger(slate.Module, stage='Think'):\n    batt = slate.Output(Batt)\n    def tick(self, now): ...\n"
+        )
+        (folder / "aaa.py").write_text(
+            "import slate\n\nclass Reader(slate.Module, stage='Think'):\n    batt = slate.Input('Batt')\n"
+            "    def tick(self, now): ...\n"
+        )
+        (folder / "broken.py").write_text("import slate\n\nslate.Input('Pose3')\n")
+        plugins = {name: f'[plugins.{name}]\nfile = "{name}.py"\n' for name in ("aaa", "broken", "zzz")}
+        variables = {"XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder / "state")}
+        self.enterContext(unittest.mock.patch.dict(os.environ, variables))
+        robot = folder / "robot.toml"
+        robot.write_text(plugins["zzz"] + plugins["aaa"] + plugins["broken"] + "load = false\n[modules.reader]\n")
+        with slate.start(robot, out=folder / "out") as agent:
+            lines = seconds(10, lambda: [line["text"] for line in agent.call("GET", "/log") if "broken" in line["text"]])
+        self.assertIn("plugin broken with `load = false` can't be read", lines[0])
+        self.assertIn("did you mean Pose2", lines[0])
+        self.assertIn("(broken.py:3)", lines[0])
+        robot.write_text(plugins["aaa"] + plugins["zzz"] + "[modules.reader]\n")
+        with self.assertRaises(slate.ProgramError) as failed:
+            slate.run(robot, out=folder / "out")
+        self.assertIn("no interface `Batt` is known", failed.exception.output)
+        self.assertIn("(aaa.py:4)", failed.exception.output)
+
     def test_a_file_that_python_can_not_run_says_why(self):
         folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         (folder / "odd.toml").write_text(CONFIGURATION)
+        create = MODULES.replace("    def tick", "    def create(self, setup):\n        JSON.loads('{')\n\n    def tick", 1)
+        line = 1 + create[: create.index("JSON")].count("\n")
         for source, expected in [
+            ("import slate\n\nslate.Input('Pose3')\n", "no interface `Pose3` is known: did you mean Pose2? (odd.py:3)"),
+            (create.replace("import os,", "import json as JSON, os,"), f"(odd.py:{line})"),
+            (create.replace("import os,", "import json as JSON, os,"), "Traceback (most recent call last):"),
+            ("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n", "see why by running it alone: `"),
             ("import no_such_package\n", "ModuleNotFoundError: No module named 'no_such_package' (odd.py:1)"),
             ("import slate\n", "it has no module: expected a class such as"),
         ]:
