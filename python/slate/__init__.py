@@ -1,4 +1,4 @@
-"""Slate: a robot software framework; this package is its program and a client of its agents.
+"""Slate: a robot software framework; this package is its program, a client of its agents, and modules in Python.
 
 >>> agent = slate.connect("exp1")
 >>> agent["/simulator/r2/truth"].value

@@ -258,7 +258,7 @@ impl SteppedAgent {
         self.stepped.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does work on the agent without the interpreter's lock.
+    /// Does work on the agent without the GIL.
     /// Another thread may be making cycles.
     fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Stepped) -> R + Send) -> PyResult<R> {
         py.detach(|| {

@@ -40,7 +40,7 @@ impl Worker {
         Ok(Self { jobs, answers: Mutex::new(answers) })
     }
 
-    /// Carries out a request without the interpreter's lock.
+    /// Carries out a request without the GIL.
     ///
     /// After an error the worker is of no use: its thread may still wait for the agent.
     ///
