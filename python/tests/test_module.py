@@ -626,7 +626,7 @@ class InLockstep(unittest.TestCase):
         summary = slate.run(example, seed=0, set=limit, out=out)
         self.assertEqual(summary["outcome"], "timed_out", summary)
 
-    def test_a_package_of_another_build_is_refused_with_both_versions(self):
+    def test_a_package_of_another_build_names_both_versions(self):
         ours, theirs = socket.socketpair()
         command = [sys.executable, "-P", "-m", "slate.host"]
         with ours, subprocess.Popen(command, stdin=theirs, stdout=subprocess.DEVNULL) as process:
@@ -650,7 +650,18 @@ class InLockstep(unittest.TestCase):
         for number in (1, 2, 3):
             self.assertIn(f"noise {number}", ended.stderr)
 
-    def test_interfaces_are_those_of_plugins_before_it_in_the_file(self):
+    def test_open_files_of_the_agent_are_kept_from_a_module(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        reader, writer = os.pipe()
+        self.addCleanup(os.close, reader)
+        self.addCleanup(os.close, writer)
+        look = f"import os\ntry:\n    print('open', os.fstat({writer}))\nexcept OSError:\n    print('kept away')\n"
+        (folder / "odd.py").write_text(look + MODULES)
+        command = [program(), "plugin", "info", folder / "odd.py"]
+        ended = subprocess.run(command, capture_output=True, text=True, pass_fds=[writer])
+        self.assertIn("kept away", ended.stderr)
+
+    def test_interfaces_are_those_of_plugins_before_in_the_file(self):
         folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         (folder / "zzz.py").write_text(
             "import slate\n\nclass Batt(slate.Interface):\n    charge = slate.Field('f64')\n\n"
