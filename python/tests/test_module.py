@@ -4,6 +4,7 @@ import enum
 import gc
 import json
 import os
+import signal
 import socket
 import struct
 import subprocess
@@ -660,6 +661,29 @@ class InLockstep(unittest.TestCase):
         command = [program(), "plugin", "info", folder / "odd.py"]
         ended = subprocess.run(command, capture_output=True, text=True, pass_fds=[writer])
         self.assertIn("kept away", ended.stderr)
+
+    def test_an_agent_ends_while_a_module_imports_again(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        slow = (
+            "import pathlib, time\nfolder = pathlib.Path(__file__).parent\n"
+            "if (folder / 'slow').exists():\n    (folder / 'imports').touch()\n    time.sleep(50.0)\n"
+        )
+        (folder / "odd.py").write_text(slow + MODULES)
+        (folder / "odd.toml").write_text(CONFIGURATION)
+        variables = {"XDG_RUNTIME_DIR": str(folder), "XDG_STATE_HOME": str(folder / "state")}
+        self.enterContext(unittest.mock.patch.dict(os.environ, variables))
+        command = [program(), "run", folder / "odd.toml", "--out", folder / "out"]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            try:
+                agent = seconds(20, lambda: "modules" in slate.agents() and slate.connect("modules"))
+                agent["/villain/alive"].wait(timeout=10)
+                (folder / "slow").touch()
+                agent["/villain/order"].send({"x": 5.0, "y": 0.0})
+                seconds(10, (folder / "imports").exists)
+                process.send_signal(signal.SIGINT)
+                process.wait(10)
+            finally:
+                process.kill()
 
     def test_interfaces_are_those_of_plugins_before_in_the_file(self):
         folder = Path(self.enterContext(tempfile.TemporaryDirectory()))

@@ -19,11 +19,18 @@ struct ProcessRecordState {
     last_end: String,
     /// Host's end of the connection to it.
     stream: Option<Arc<UnixStream>>,
+    /// The same for a process that opens its code, maybe beside the one that runs.
+    launched: Option<Arc<UnixStream>>,
 }
 
 impl ProcessRecord {
     fn locked(&self) -> MutexGuard<'_, ProcessRecordState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Records the connection to a process that opens its code; `None` once it has.
+    pub fn record_launch(&self, stream: Option<Arc<UnixStream>>) {
+        self.locked().launched = stream;
     }
 
     /// Records the begin of a process, with the connection to it.
@@ -45,6 +52,14 @@ impl ProcessRecord {
         }
         if let Some(fault) = fault {
             fault.clone_into(&mut inner.last_end);
+        }
+    }
+
+    /// Acts as [`disconnect`](Self::disconnect) for a process that opens its code.
+    pub fn disconnect_launched(&self) {
+        if let Some(stream) = &self.locked().launched {
+            // As in `disconnect`.
+            let _ = stream.shutdown(Shutdown::Both);
         }
     }
 

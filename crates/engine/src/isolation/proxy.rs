@@ -111,7 +111,12 @@ impl Proxy {
             arena_length: length(),
         };
         let files: Vec<_> = arenas.iter().map(|arena| arena.file()).collect();
-        let (process, addresses) = Process::start(isolation.program.as_deref(), &begin, &files)?;
+        let mut process = Process::launch(isolation.program.as_deref(), &begin.code)?;
+        // An interpreter may import for long, which the end of the agent must not wait for.
+        isolation.process_record.record_launch(Some(process.stream()));
+        let begun = process.begin(&begin, &files);
+        isolation.process_record.record_launch(None);
+        let addresses = begun?;
         let mapped = arenas.into_iter().zip(addresses);
         let mapped =
             mapped.map(|(arena, address)| MappedArena { arena: Arc::clone(arena), address }).collect();

@@ -140,6 +140,13 @@ impl RunnerCell {
         }
     }
 
+    /// Closes the connection to a process that opens the module's code.
+    pub fn disconnect_launched(&self) {
+        if let Some(isolation) = &self.isolation {
+            isolation.process_record.disconnect_launched();
+        }
+    }
+
     /// Returns the runner.
     ///
     /// # Safety

@@ -195,8 +195,9 @@ impl Watchdog {
     }
 }
 
-/// Lets the processes go in which steps still run.
+/// Lets the processes go in which steps still run, and those that open their code.
 fn disconnect_processes(watched: &[WatchedModule]) {
+    watched.iter().filter(|watch| watch.cell.is_isolated).for_each(|watch| watch.cell.disconnect_launched());
     let busy = watched.iter().filter(|watch| watch.cell.is_isolated && watch.cell.running().is_some());
     busy.for_each(|watch| watch.cell.disconnect());
 }
