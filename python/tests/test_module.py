@@ -472,6 +472,29 @@ slate.Fixture(One), slate.Fixture(Two)
         expected = {"charge": 0.0, "cells": [1.0, 2.0], "name": "left", "place": {"x": 3.0, "y": 0.0, "theta": 0.0}}
         self.assertEqual(charger.output("battery"), expected | {"raw": [[1, 2], [3, 4]]})
 
+    def test_items_are_written_from_a_view_of_themselves(self):
+        class Cells(slate.Interface):
+            """Voltages."""
+
+            cells = slate.Field("Sequence<f64, 4>", unit="V")
+            limits = slate.Field("Optional<[f64; 2]>", unit="V")
+
+        class Doubler(slate.Module, stage="Think"):
+            out = slate.Output(Cells)
+
+            def tick(self, now):
+                out = self.out.write()
+                out.cells = [1.0, 2.0, 3.0]
+                out.cells *= 2
+                out.cells = out.cells[1:]
+                out.limits = [1.0, 5.0]
+                out.limits = out.limits * 2
+                out.limits = out.limits[::-1]
+
+        doubler = slate.Fixture(Doubler)
+        doubler.tick()
+        self.assertEqual(doubler.output("out"), {"cells": [4.0, 6.0], "limits": [10.0, 2.0]})
+
     def test_a_mistake_in_a_declaration_says_what_helps(self):
         with self.assertRaisesRegex(ValueError, "no interface `Pose3` is known: did you mean Pose2"):
             slate.Input("Pose3")

@@ -123,6 +123,9 @@ fn object(
             Ok(())
         }
         Kind::Optional(item) => {
+            // An array may be a view of this memory.
+            let copied = if value.hasattr("dtype")? { Some(value.call_method0("copy")?) } else { None };
+            let value = copied.as_ref().unwrap_or(value);
             // SAFETY: the caller gives room for the kind.
             unsafe {
                 data.write_bytes(0, kind.size());
@@ -142,13 +145,22 @@ fn object(
             if count > *capacity {
                 return Err(target.wrong(&kind.describe(), &format!("{count} items")));
             }
-            // SAFETY: the caller gives room for the kind.
-            let data = unsafe {
-                data.write_bytes(0, kind.size());
+            // SAFETY: the caller gives room for the kind, which has its length before the items.
+            let first = unsafe { data.add(8) };
+            // An array may be a view of this memory, such as a part of the items that are there.
+            if !value.hasattr("dtype")? {
+                // SAFETY: as before.
+                unsafe { data.write_bytes(0, kind.size()) };
+            }
+            list(target, Items { kind: item, data: first, count, writable: true }, value)?;
+            let used = count * item.size();
+            // SAFETY: as before; the items fit, as their number was checked.
+            unsafe {
+                data.write_bytes(0, 8);
                 data.cast::<u32>().write_unaligned(count as u32);
-                data.add(8)
-            };
-            list(target, Items { kind: item, data, count, writable: true }, value)
+                first.add(used).write_bytes(0, kind.size() - 8 - used);
+            }
+            Ok(())
         }
         Kind::Tail(item) => list(target, Items { kind: item, data, count: items, writable: true }, value),
         Kind::Nested(descriptor) => {
