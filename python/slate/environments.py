@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -21,7 +22,8 @@ from .simulation import Simulation
 
 #: State of a mission in progress, as the interface `MissionState` has it.
 _RUNNING = 0.0
-#: Outcome of a mission that ran out of time, as the interface `MissionOutcome` has it.
+#: Outcomes of a mission, as the interface `MissionOutcome` has them.
+_COLLIDED = 5.0
 _TIMED_OUT = 6.0
 
 
@@ -66,7 +68,9 @@ class RobotEnvironment(gymnasium.Env):
         self._set = dict(set or {})
         self._record = None if record is None else Path(record)
         self._ends_at_collision = ends_at_collision
-        self._goal = tuple(self._set.get("world.goal", self.goal))
+        goal = self._set.get("world.goal", self.goal)
+        # Settings may be text, as on the command line.
+        self._goal = tuple(tomllib.loads(f"goal = {goal}")["goal"] if isinstance(goal, str) else goal)
         self._count = self.ranges[1]
         high = numpy.full(self._count + 4, numpy.inf, dtype=numpy.float32)
         high[: self._count] = self.maximum_range
@@ -99,6 +103,7 @@ class RobotEnvironment(gymnasium.Env):
             "/referee/verdict/state",
             "/referee/verdict/outcome",
             "/referee/metrics/collisions_caused",
+            "/referee/metrics/time_to_goal",
         )
         # The first cycle has the first measurements; no velocity is set in it.
         simulation.step()
@@ -108,7 +113,7 @@ class RobotEnvironment(gymnasium.Env):
         self._pose = (0.0, 0.0, 0.0)
         self._distance = 0.0
         self._has_ended = False
-        observation, _, _, self._collisions = self._observe()
+        observation, _, _, self._collisions, _ = self._observe()
         return observation, {"seed": self._seed}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -126,14 +131,15 @@ class RobotEnvironment(gymnasium.Env):
         values = [velocity * max(-1.0, min(1.0, float(linear))), turn * max(-1.0, min(1.0, float(angular)))]
         self._agent.drive(self._input, values, self._probe, self._numbers)
         before = self._distance
-        observation, state, outcome, collisions = self._observe()
+        observation, state, outcome, collisions, has_arrived = self._observe()
         caused, self._collisions = max(0.0, collisions - self._collisions), collisions
         reward = before - self._distance - self.time_cost - 5.0 * caused
         terminated = truncated = False
         if state != _RUNNING:
-            truncated = outcome == _TIMED_OUT
+            # With a collision, the outcome of a mission whose time is up is the collision.
+            truncated = not has_arrived and outcome in (_TIMED_OUT, _COLLIDED)
             terminated = not truncated
-            if terminated:
+            if has_arrived:
                 reward += 10.0
         if caused > 0.0 and self._ends_at_collision:
             terminated, truncated = True, False
@@ -142,10 +148,10 @@ class RobotEnvironment(gymnasium.Env):
         self._has_ended = True
         return observation, reward, terminated, truncated, self._info()
 
-    def _observe(self) -> tuple[Any, float, float, float]:
-        """Observation, state and outcome of the mission, and number of collisions that the robot caused."""
+    def _observe(self) -> tuple[Any, float, float, float, bool]:
+        """Observation, state and outcome of the mission, number of collisions caused, and whether the robot has arrived."""
         numbers, count = self._numbers, self._count
-        x, y, linear, angular, theta, state, outcome, collisions = numbers[count:].tolist()
+        x, y, linear, angular, theta, state, outcome, collisions, arrival = numbers[count:].tolist()
         if x != x or y != y or theta != theta:
             # The positioning system has nothing now.
             x, y, theta = self._pose
@@ -158,7 +164,7 @@ class RobotEnvironment(gymnasium.Env):
         observation = numbers[: count + 4].astype(numpy.float32)
         # A sensor without an echo measures infinity, and one without a value NaN.
         numpy.fmin(observation[:count], self.maximum_range, out=observation[:count])
-        return observation, state, outcome, collisions
+        return observation, state, outcome, collisions, arrival == arrival
 
     def _info(self) -> dict[str, Any]:
         result = self._simulation.result

@@ -14,7 +14,7 @@ mod worker;
 use pyo3::prelude::*;
 
 /// Extension module of the package `slate`.
-#[pymodule]
+#[pymodule(gil_used = true)]
 mod _slate {
     #[pymodule_export]
     use super::connection::{AgentError, AgentUnreachable, Connection, NoAgent, Refused, VersionMismatch};

@@ -1,7 +1,7 @@
 //! Agents that run in this process, one cycle at a time.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use pyo3::buffer::PyBuffer;
@@ -41,6 +41,8 @@ const DEFAULTS: [&str; 1] = ["log.targets.console=false"];
 /// Agent in lockstep that runs in this process, one cycle at a time.
 #[pyclass(frozen, module = "slate._slate")]
 pub struct SteppedAgent {
+    /// Process that made it; a forked one has none of its threads.
+    process: u32,
     /// None once it is closed.
     stepped: Mutex<Option<Stepped>>,
 }
@@ -109,7 +111,8 @@ impl SteppedAgent {
             examples::set_folder(folder);
         }
         let stepped = py.detach(|| Stepped::load(name, sets, program, recording));
-        Ok(Self { stepped: Mutex::new(Some(stepped.map_err(|problem| problem.exception(py))?)) })
+        let process = std::process::id();
+        Ok(Self { process, stepped: Mutex::new(Some(stepped.map_err(|problem| problem.exception(py))?)) })
     }
 
     /// Makes cycles until the mission has ended; returns their number.
@@ -137,6 +140,7 @@ impl SteppedAgent {
         target: PyBuffer<f64>,
     ) -> PyResult<bool> {
         let mut numbers = probe.scratch();
+        check_target(&target, numbers.len())?;
         let is_running = self.with(py, |stepped| {
             input.set(&values, stepped.agent.now())?;
             stepped.cycle()?;
@@ -156,6 +160,7 @@ impl SteppedAgent {
     /// Newest numbers of a probe.
     fn sample(&self, py: Python<'_>, probe: &Probe, target: PyBuffer<f64>) -> PyResult<()> {
         let mut numbers = probe.scratch();
+        check_target(&target, numbers.len())?;
         self.with(py, |_| probe.read(&mut numbers))?;
         target.copy_from_slice(py, &numbers)
     }
@@ -252,15 +257,36 @@ impl SteppedAgent {
     }
 }
 
+/// Checks that a buffer takes that many numbers.
+fn check_target(target: &PyBuffer<f64>, length: usize) -> PyResult<()> {
+    if !target.readonly() && target.item_count() == length {
+        return Ok(());
+    }
+    let found = target.item_count();
+    let kind = if target.readonly() { "a read-only buffer" } else { "a buffer" };
+    Err(PyValueError::new_err(format!(
+        "expected a writable buffer of {length} numbers, found {kind} of {found}"
+    )))
+}
+
 impl SteppedAgent {
     fn lock(&self) -> MutexGuard<'_, Option<Stepped>> {
-        // An agent whose cycle has panicked is given up by the panic itself.
-        self.stepped.lock().unwrap_or_else(PoisonError::into_inner)
+        self.stepped.lock().unwrap_or_else(|poisoned| {
+            // An agent whose cycle has panicked is given up.
+            let mut stepped = poisoned.into_inner();
+            *stepped = None;
+            stepped
+        })
     }
 
     /// Does work on the agent without the GIL.
     /// Another thread may be making cycles.
     fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Stepped) -> R + Send) -> PyResult<R> {
+        if self.process != std::process::id() {
+            return Err(PyRuntimeError::new_err(
+                "the simulation was made before a fork: make one in each process",
+            ));
+        }
         py.detach(|| {
             let mut stepped = self.lock();
             let closed = || PyValueError::new_err("the simulation is closed");

@@ -166,6 +166,20 @@ class Environments(unittest.TestCase):
         self.assertLess(min(rewards), -4.9)
         self.assertGreater(rewards[-1], -1.0)
 
+    def test_an_episode_whose_time_is_up_after_a_collision_is_truncated(self):
+        settings = {"modules.referee.params.time_limit": 8.0, "world.goal": "[0.0, 0.0]"}
+        environment = gymnasium.make("slate/Exp1-v0", ends_at_collision=False, set=settings)
+        environment.reset(seed=3)
+        ended, rewards = False, []
+        while not ended:
+            _, reward, terminated, truncated, _ = environment.step(numpy.array([1.0, 0.0]))
+            rewards.append(reward)
+            ended = terminated or truncated
+        environment.close()
+        self.assertLess(min(rewards), -4.9)
+        self.assertEqual((terminated, truncated), (False, True))
+        self.assertLess(max(rewards), 1.0)
+
     def test_a_missing_package_is_named(self):
         import importlib
 

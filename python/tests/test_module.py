@@ -249,12 +249,18 @@ class InFixture(unittest.TestCase):
 
             def tick(self, now):
                 def work():
-                    for use in (lambda: self.motion.set(linear=1.0, angular=0.0), now.normal):
+                    uses = (
+                        lambda: self.motion.set(linear=1.0, angular=0.0),
+                        now.normal,
+                        lambda: setattr(motion, "linear", 1.0),
+                    )
+                    for use in uses:
                         try:
                             use()
                         except RuntimeError as error:
                             errors.append(str(error))
 
+                motion = self.motion.write()
                 thread = threading.Thread(target=work)
                 thread.start()
                 thread.join()
@@ -264,7 +270,8 @@ class InFixture(unittest.TestCase):
         threaded.tick()
         self.assertEqual(errors[0], "the port `motion` is used by another thread: only `tick` may; pass copies")
         self.assertIn("a tick is used by another thread", errors[1])
-        self.assertIsNone(threaded.output("motion"))
+        self.assertIn("a value of Twist2 is used by another thread", errors[2])
+        self.assertEqual(threaded.output("motion"), {"linear": 0.0, "angular": 0.0})
 
     def test_a_field_named_as_a_method_is_read_by_its_name(self):
         class Reading(slate.Interface):
@@ -478,6 +485,9 @@ slate.Fixture(One), slate.Fixture(Two)
 
             cells = slate.Field("Sequence<f64, 4>", unit="V")
             limits = slate.Field("Optional<[f64; 2]>", unit="V")
+            place = slate.Field("Optional<Pose2>")
+            rows = slate.Field("Sequence<[f64; 2], 4>")
+            raw = slate.Field("[[u8; 2]; 2]")
 
         class Doubler(slate.Module, stage="Think"):
             out = slate.Output(Cells)
@@ -490,10 +500,20 @@ slate.Fixture(One), slate.Fixture(Two)
                 out.limits = [1.0, 5.0]
                 out.limits = out.limits * 2
                 out.limits = out.limits[::-1]
+                out.place = {"x": 1.0, "y": 2.0, "theta": 0.0}
+                place = out.place
+                place.x = 3.0
+                out.place = place
+                out.rows = [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]
+                out.rows = [row for row in out.rows if row[0] > 0.0]
+                out.raw[:] = [[1, 2], [3, 4]]
+                out.raw = [out.raw[1], out.raw[0]]
 
         doubler = slate.Fixture(Doubler)
         doubler.tick()
-        self.assertEqual(doubler.output("out"), {"cells": [4.0, 6.0], "limits": [10.0, 2.0]})
+        expected = {"cells": [4.0, 6.0], "limits": [10.0, 2.0], "place": {"x": 3.0, "y": 2.0, "theta": 0.0}}
+        expected |= {"rows": [[2.0, 3.0], [4.0, 5.0]], "raw": [[3, 4], [1, 2]]}
+        self.assertEqual(doubler.output("out"), expected)
 
     def test_a_mistake_in_a_declaration_says_what_helps(self):
         with self.assertRaisesRegex(ValueError, "no interface `Pose3` is known: did you mean Pose2"):

@@ -82,12 +82,17 @@ pub fn thread() -> usize {
 
 /// Tick in which memory may be used.
 #[derive(Clone, Copy, PartialEq)]
-pub struct Epoch(u64);
+pub struct Epoch {
+    number: u64,
+    /// Thread of the tick.
+    /// Numpy lets others run while it copies, and a tick does not wait for them.
+    thread: usize,
+}
 
 impl Epoch {
     /// Returns the present one.
     pub fn now() -> Self {
-        Self(EPOCH.load(Ordering::Relaxed))
+        Self { number: EPOCH.load(Ordering::Relaxed), thread: thread() }
     }
 
     /// Begins a tick.
@@ -121,10 +126,16 @@ impl Epoch {
         )))
     }
 
-    /// Checks that its tick lasts.
+    /// Checks that its tick lasts, in this thread.
     pub fn check(self, what: &dyn std::fmt::Display) -> PyResult<()> {
-        if self == Self::now() {
+        let now = Self::now();
+        if self == now {
             return Ok(());
+        }
+        if self.number == now.number {
+            return Err(PyRuntimeError::new_err(format!(
+                "{what} is used by another thread: only `tick` may; pass copies, `value.to_dict()`"
+            )));
         }
         Err(PyRuntimeError::new_err(format!(
             "{what} is used after its tick, when its memory changes: keep a copy, `value.to_dict()`"

@@ -123,18 +123,15 @@ fn object(
             Ok(())
         }
         Kind::Optional(item) => {
-            // An array may be a view of this memory.
-            let copied = if value.hasattr("dtype")? { Some(value.call_method0("copy")?) } else { None };
-            let value = copied.as_ref().unwrap_or(value);
-            // SAFETY: the caller gives room for the kind.
-            unsafe {
-                data.write_bytes(0, kind.size());
-                if value.is_none() {
-                    return Ok(());
-                }
-                object(target, item, data.add(8), 0, value)?;
-                data.cast::<u32>().write_unaligned(1);
+            let mut written = vec![0; kind.size()];
+            if !value.is_none() {
+                // The item has its place behind the mark.
+                object(target, item, written[8..].as_mut_ptr(), 0, value)?;
+                written[..4].copy_from_slice(&1_u32.to_ne_bytes());
             }
+            // The value may have been a view of this memory.
+            // SAFETY: the caller gives room for the kind.
+            unsafe { data.copy_from_nonoverlapping(written.as_ptr(), written.len()) };
             Ok(())
         }
         Kind::Array(item, length) => {
@@ -147,10 +144,16 @@ fn object(
             }
             // SAFETY: the caller gives room for the kind, which has its length before the items.
             let first = unsafe { data.add(8) };
-            // An array may be a view of this memory, such as a part of the items that are there.
+            // Without numpy, fields that an item does not name are 0. An array may be a view of this memory, such as a part of
+            // the items that are there, which numpy heeds.
             if !value.hasattr("dtype")? {
+                let mut written = vec![0_u8; kind.size()];
+                let items = written[8..].as_mut_ptr();
+                list(target, Items { kind: item, data: items, count, writable: true }, value)?;
+                written[..4].copy_from_slice(&(count as u32).to_ne_bytes());
                 // SAFETY: as before.
-                unsafe { data.write_bytes(0, kind.size()) };
+                unsafe { data.copy_from_nonoverlapping(written.as_ptr(), written.len()) };
+                return Ok(());
             }
             list(target, Items { kind: item, data: first, count, writable: true }, value)?;
             let used = count * item.size();
@@ -207,10 +210,14 @@ fn list(target: &Target<'_>, items: Items, value: &Bound<'_, PyAny>) -> PyResult
         let found = length.map_or_else(|| name.to_string(), |length| format!("a {name} of {length} items"));
         return Err(target.wrong(&expected, &found));
     }
+    // SAFETY: the caller gives room for the items.
+    let mut written = unsafe { std::slice::from_raw_parts(items.data, items.count * size) }.to_vec();
     for (i, item) in value.try_iter()?.enumerate().take(items.count) {
-        // SAFETY: the caller gives room for the items.
-        object(target, items.kind, unsafe { items.data.add(i * size) }, 0, &item?)?;
+        object(target, items.kind, written[i * size..].as_mut_ptr(), 0, &item?)?;
     }
+    // Items may have been views of this memory.
+    // SAFETY: as above.
+    unsafe { items.data.copy_from_nonoverlapping(written.as_ptr(), written.len()) };
     Ok(())
 }
 
