@@ -22,8 +22,8 @@ struct LaunchRequest {
 
 /// Requests to the thread that starts all processes.
 /// It lives as long as the program: the system takes its end for the end of the host, and a module's thread may end
-/// before the module.
-static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<LaunchRequest>>> = Mutex::new(None);
+/// before the module. A forked process has a thread of its own, as it has none of its parent's.
+static LAUNCHER: Mutex<Option<(u32, std::sync::mpsc::Sender<LaunchRequest>)>> = Mutex::new(None);
 
 /// Returns the command that starts `program`, or this one again, to run a module.
 fn program_command(program: Option<&Path>) -> io::Result<Command> {
@@ -52,12 +52,13 @@ pub(super) fn launch(program: Option<&Path>, code: &Code) -> io::Result<(Child, 
     let (answer, receiver) = sync_channel(1);
     let request = LaunchRequest { command, closes_files: matches!(code, Code::Python(_)), answer };
     let mut launcher = LAUNCHER.lock().unwrap_or_else(PoisonError::into_inner);
-    if launcher.is_none() {
+    let process = std::process::id();
+    if launcher.as_ref().is_none_or(|(owner, _)| *owner != process) {
         let (requests, served) = channel();
         std::thread::Builder::new().name("launcher".into()).spawn(move || serve(&served))?;
-        *launcher = Some(requests);
+        *launcher = Some((process, requests));
     }
-    let is_sent = launcher.as_ref().is_some_and(|launcher| launcher.send(request).is_ok());
+    let is_sent = launcher.as_ref().is_some_and(|(_, launcher)| launcher.send(request).is_ok());
     drop(launcher);
     match (is_sent, receiver.recv()) {
         (true, Ok(child)) => Ok((child?, stream)),
