@@ -1,5 +1,8 @@
 //! Viewers of other projects.
 
+use std::fs::DirBuilder;
+use std::io::ErrorKind;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -10,6 +13,7 @@ use slate::runtime::printable;
 
 use super::{TimeSpan, layout, show, target};
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::output;
 use crate::recording::{all_read, known};
 
@@ -90,11 +94,27 @@ pub fn open(options: &OpenOptions) -> Result<bool, Failure> {
     match &options.out {
         Some(folder) => open_in(options, viewer, &program, folder),
         None => {
-            let folder = std::env::temp_dir().join(format!("slate-open-{}", std::process::id()));
+            let folder = temporary_folder()?;
             let opened = open_in(options, viewer, &program, &folder);
-            // What is left of it is in the system's folder for such files.
-            let _ = std::fs::remove_dir_all(folder);
+            // Those with layouts may pass the files on to a window that is open, and end at once.
+            if !viewer.reads_layouts() {
+                // What is left of it is in the system's folder for such files.
+                let _ = std::fs::remove_dir_all(folder);
+            }
             opened
+        }
+    }
+}
+
+/// Makes a folder of the user's own.
+fn temporary_folder() -> Result<PathBuf, Failure> {
+    let mut number = 0;
+    loop {
+        let folder = std::env::temp_dir().join(format!("slate-open-{}-{number}", std::process::id()));
+        match DirBuilder::new().mode(0o700).create(&folder) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(failed(&folder)(error)),
+            Ok(()) => return Ok(folder),
         }
     }
 }
@@ -115,6 +135,8 @@ fn open_in(options: &OpenOptions, viewer: Viewer, program: &Path, folder: &Path)
         std::fs::write(&layout, layout::of(&info.channels)).map_err(failed(&layout))?;
         output::line(format_args!("{} is its layout: import it in the viewer", printable(&layout)));
     }
+    // Ctrl-C ends the viewer, and this command with it.
+    interrupt::catch();
     let mut command = Command::new(program);
     let status = command.args(viewer.options()).arg(&recording).status().map_err(failed(program))?;
     if !status.success() {
