@@ -19,6 +19,7 @@ RUN cargo build --release --locked --package slate-robotics-cli --features full 
 
 FROM debian:bookworm-slim
 COPY --from=build /slate/target/release/slate /usr/local/bin/slate
+COPY --from=build /slate/examples /usr/local/share/slate/examples
 COPY LICENSE-APACHE LICENSE-MIT /usr/share/doc/slate/
 RUN useradd --create-home robot
 USER robot

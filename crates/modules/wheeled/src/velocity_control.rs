@@ -9,7 +9,7 @@ use slate_plugin::prelude::*;
 pub struct VelocityControlIo {
     /// Geometry and limits of the robot.
     chassis: Input<Chassis>,
-    /// Velocity that the robot should have, until the next one.
+    /// Velocity of the robot, until the next one or `velocity_timeout`.
     velocity: Input<Twist2>,
     /// Speeds of the two wheels.
     wheels: Command<WheelSpeeds>,
