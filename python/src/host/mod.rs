@@ -10,7 +10,6 @@ mod plain;
 mod ports;
 mod tick;
 mod value;
-mod write;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -84,7 +83,7 @@ pub fn encode_value(interface: &Bound<'_, PyAny>, value: &Bound<'_, PyAny>) -> P
     let encoded = plain::encode(interface)?;
     let descriptor: &'static Descriptor = decode_interface(&encoded).map_err(|refusal| wrong(&refusal))?;
     let block = Block::new(descriptor.size);
-    write::write_dict(descriptor, block.data(), 0, value)?;
+    value::write::write_dict(descriptor, block.data(), 0, value)?;
     // SAFETY: there are at least so many bytes, all of which are initialized.
     let bytes = unsafe { std::slice::from_raw_parts(block.data(), descriptor.size) };
     Ok(PyBytes::new(interface.py(), bytes).unbind())

@@ -1,12 +1,13 @@
 //! Values of interfaces in memory, field by field.
 
+pub(super) mod write;
+
 use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
 use slate_module::blackboard::interface::{Descriptor, Field, Kind, Primitive};
 
 use super::memory::{Epoch, Items};
-use super::write;
 
 /// Place of a value in memory.
 #[derive(Clone, Copy)]

@@ -5,9 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyString};
 use slate_module::blackboard::interface::{Descriptor, Enumeration, Field, Kind, Primitive};
 
-use super::memory::Epoch;
-use super::memory::{Items, Numpy};
-use super::value::{Place, Value, fill};
+use super::{Place, Value, fill};
+use crate::host::memory::{Epoch, Items, Numpy};
 
 /// Field to be written, for messages.
 struct Target<'a> {
