@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 /// Edited inputs for each target.
-const CASES: u32 = 256;
+const CASES: u32 = 512;
 
 /// As the targets count what the whole process allocates, one runs at a time.
 static TURN: Mutex<()> = Mutex::new(());
