@@ -15,10 +15,10 @@ RUN /tmp/tools && rm -r /tmp/tools /var/lib/apt/lists/*
 FROM rust:1.95-bookworm AS build
 WORKDIR /slate
 COPY . .
-RUN cargo build --release --locked --package slate-robotics-cli --features full && strip target/release/slate
+RUN cargo build --profile fastest --locked --package slate-robotics-cli --features full && strip target/fastest/slate
 
 FROM debian:bookworm-slim
-COPY --from=build /slate/target/release/slate /usr/local/bin/slate
+COPY --from=build /slate/target/fastest/slate /usr/local/bin/slate
 COPY --from=build /slate/examples /usr/local/share/slate/examples
 COPY LICENSE-APACHE LICENSE-MIT /usr/share/doc/slate/
 RUN useradd --create-home robot

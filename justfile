@@ -31,7 +31,7 @@ deny:
 
 # A file per package, as the registry receives it.
 package:
-    cargo package --workspace
+    cargo package --workspace --exclude slate-fuzz --exclude slate-python
 
 # The wheel for Python, in python/target/wheels.
 wheel:

@@ -1,4 +1,5 @@
-//! Corpus from real agents, robots and tools: `cargo run --example corpus`.
+//! Corpus from real agents, robots and tools.
+//! `cargo run -p slate-fuzz --example corpus` writes it.
 
 use std::fs;
 use std::path::Path;

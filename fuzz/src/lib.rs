@@ -2,8 +2,9 @@
 //! Each module is a target, which promises: no panic, no abort, no hang, no more memory than the limits of the code,
 //! and a refusal changes nothing.
 //!
-//! `fuzz/run SECONDS` lets each target run for that long, from the corpus in `fuzz/corpus`; 0 seconds replay that. With
-//! `cargo fuzz` the targets run, too. `cargo run --example corpus` makes the corpus from conversations of real agents.
+//! `cargo test -p slate-fuzz` runs each target on the corpus in `fuzz/corpus` and on edits of it, `fuzz/run SECONDS` for that
+//! long from there. With `cargo fuzz run --features libfuzzer` the targets run, too.
+//! `cargo run -p slate-fuzz --example corpus` makes the corpus from conversations of real agents.
 //! What a fuzzer has found goes into it under a name that says what it was.
 
 pub mod agents;
@@ -40,6 +41,8 @@ extern crate self as slate;
 pub use slate_blackboard as blackboard;
 #[doc(hidden)]
 pub use slate_interfaces as interfaces;
+#[doc(hidden)]
+pub use slate_module as module;
 
 use std::path::PathBuf;
 use std::sync::OnceLock;

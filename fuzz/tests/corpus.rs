@@ -3,13 +3,18 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 /// Edited inputs for each target.
 const CASES: u32 = 512;
+
+/// Far longer than any input takes, on a machine that is busy with something else.
+const LONGEST: Duration = Duration::from_secs(30);
 
 /// As the targets count what the whole process allocates, one runs at a time.
 static TURN: Mutex<()> = Mutex::new(());
@@ -78,8 +83,32 @@ fn apply(edit: &Edit, input: &mut Vec<u8>, corpus: &[Vec<u8>]) {
     }
 }
 
-fn check(target: &str, run: fn(&[u8])) {
-    let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+/// Ends the tests with the input that has taken too long: the target has promised never to hang.
+fn watch(target: &'static str) -> Sender<Vec<u8>> {
+    let (sender, inputs) = channel::<Vec<u8>>();
+    std::thread::spawn(move || {
+        let mut last = Vec::new();
+        loop {
+            match inputs.recv_timeout(LONGEST) {
+                Ok(input) => last = input,
+                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {
+                    eprintln!("{target} has hung for {LONGEST:?} with {last:02x?}");
+                    std::process::abort();
+                }
+            }
+        }
+    });
+    sender
+}
+
+fn check(target: &'static str, run: fn(&[u8])) {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let watchdog = watch(target);
+    let run = |input: &[u8]| {
+        watchdog.send(input.to_vec()).expect("it waits for inputs");
+        run(input);
+    };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files: Vec<_> = fs::read_dir(folder.join("corpus").join(target))
         .expect("it has a corpus")
