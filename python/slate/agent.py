@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from ._slate import Connection, NoAgent, agents
+from ._slate import AgentError, Connection, NoAgent, agents
 from .property import Property, Sample, _plain, _sample
+from .settings import setting
 
 
 def connect(name: str | None = None, *, token: str | None = None, certificate: str | os.PathLike[str] | None = None) -> Agent:
@@ -120,7 +122,7 @@ class Agent:
 
     def set(self, changes: dict[str, Any]) -> list[dict[str, Any]]:
         """Changes settings, all or none, by paths as `slate run --set` takes them."""
-        pairs = [[path, value if isinstance(value, str) else json.dumps(_plain(value))] for path, value in changes.items()]
+        pairs = [[path, setting(value)] for path, value in changes.items()]
         return self.call("PATCH", "/settings", pairs)
 
     def revert(self, path: str = "") -> None:
@@ -143,13 +145,23 @@ class Agent:
 
     @contextmanager
     def drive(self, actuator: str, who: str = "Python") -> Iterator[Lease]:
-        """Control lease of an actuator: commands go before the plan's until the block ends."""
+        """Control lease of an actuator, renewed until the block ends: its commands go before the plan's.
+
+        Without a command that is repeated within `Lease.hold` seconds, the actuator takes its safe value.
+        """
         answer = self.call("POST", "/leases", {"actuator": actuator, "who": who})
         lease = Lease(self, answer)
+        ended = threading.Event()
+        renewal = threading.Thread(target=lease._renew, args=(ended,), name=f"lease of {actuator}", daemon=True)
+        renewal.start()
         try:
             yield lease
         finally:
-            lease.release()
+            ended.set()
+            renewal.join()
+            # One that has ended, such as by a stop of the agent, needs no release, and the block may have failed of that.
+            with suppress(AgentError):
+                lease.release()
 
     # Recordings, snapshots, the log.
 
@@ -216,10 +228,23 @@ class Lease:
         """JSON Schema of its commands."""
         self.hold: float = answer["hold_ms"] / 1000
         """Time after which a command that is not repeated ends, s."""
+        self._term: float = answer["term_ms"] / 1000
 
-    def command(self, command: Any) -> Any:
-        """Commands the actuator for `hold` seconds; returns the state of its gate."""
-        return self._agent.call("PUT", f"/leases/{_coded(self._lease)}", {"command": _plain(command)})["gate"]
+    def command(self, command: Any, seconds: float = 0.0) -> Any:
+        """Commands the actuator for `hold` seconds, or repeats the command for `seconds`; returns the state of its gate."""
+        until = time.monotonic() + seconds
+        while True:
+            gate = self._agent.call("PUT", f"/leases/{_coded(self._lease)}", {"command": _plain(command)})["gate"]
+            rest = until - time.monotonic()
+            if rest <= self.hold:
+                return gate
+            time.sleep(self.hold / 3)
+
+    def _renew(self, ended: threading.Event) -> None:
+        while not ended.wait(self._term / 4):
+            # What is wrong, the next command says.
+            with suppress(AgentError):
+                self._agent.call("PUT", f"/leases/{_coded(self._lease)}", {})
 
     def release(self) -> None:
         """Gives the lease back; the plan commands again."""

@@ -46,6 +46,8 @@ def main() -> None:
     # processes print may get there.
     os.dup2(2, 1)
     sys.stdout = sys.stderr
+    # A thread of the module gives the interpreter to the next tick within that time, s; five milliseconds by default.
+    sys.setswitchinterval(0.0005)
     serve_module(load)
 
 

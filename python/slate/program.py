@@ -8,14 +8,16 @@ import shutil
 import subprocess
 import sysconfig
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from ._slate import AgentUnreachable, NoAgent, agent_of
 from .agent import Agent, connect
+from .settings import setting
 
 
 class ProgramError(Exception):
@@ -27,6 +29,10 @@ class ProgramError(Exception):
         """Exit code, as the book's chapter on the command line lists them."""
         self.output = output
         """What it printed on stderr."""
+        self._arguments = tuple(arguments)
+
+    def __reduce__(self) -> tuple[type[ProgramError], tuple[Any, ...]]:
+        return type(self), (self._arguments, self.status, self.output)
 
 
 def program() -> Path:
@@ -179,23 +185,52 @@ def start(
     there after `timeout` seconds.
     """
     words = ["run", os.fspath(name), "--headless", "--stay", "--rate", str(rate), *_words(seed, set, out)]
-    process = subprocess.Popen([program(), *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([program(), *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    errors = _Errors(process)
     try:
-        yield _connect(process, words, timeout)
+        yield _connect(process, errors, words, timeout)
+    except AgentUnreachable as error:
+        with suppress(subprocess.TimeoutExpired):
+            error.add_note(f"slate {' '.join(words)} ended with exit code {process.wait(1)}:\n{errors.text().strip()}")
+        raise
     finally:
         process.terminate()
         try:
-            process.communicate(timeout=10)
+            process.wait(timeout=10)
         except subprocess.TimeoutExpired:
             process.kill()
-            process.communicate()
+            process.wait()
+        errors.text()
 
 
-def _connect(process: subprocess.Popen[str], words: Sequence[str], timeout: float) -> Agent:
+class _Errors:
+    """Reads what a program prints on stderr as it comes, so that it never waits for its reader, and keeps the end of it."""
+
+    KEPT = 65536
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        assert process.stderr is not None
+        self._pipe, self._last = process.stderr, b""
+        self._thread = threading.Thread(target=self._read, name="stderr of slate", daemon=True)
+        self._thread.start()
+
+    def _read(self) -> None:
+        with self._pipe as pipe:
+            while part := os.read(pipe.fileno(), self.KEPT):
+                self._last = (self._last + part)[-self.KEPT :]
+
+    def text(self) -> str:
+        """The end of what it has printed, once it has ended."""
+        # A process that it has left behind may keep the pipe open.
+        self._thread.join(timeout=1)
+        return self._last.decode(errors="replace")
+
+
+def _connect(process: subprocess.Popen[bytes], errors: _Errors, words: Sequence[str], timeout: float) -> Agent:
     until = time.monotonic() + timeout
     while time.monotonic() < until:
         if process.poll() is not None:
-            raise ProgramError(words, process.returncode, process.stderr.read() if process.stderr else "")
+            raise ProgramError(words, process.returncode, errors.text())
         name = agent_of(process.pid)
         if name is not None:
             try:
@@ -211,7 +246,7 @@ def _words(seed: int | None, settings: Mapping[str, Any] | None, out: str | os.P
     if seed is not None:
         words += ["--seed", str(seed)]
     for path, value in (settings or {}).items():
-        words += ["--set", f"{path}={value if isinstance(value, str) else json.dumps(value)}"]
+        words += ["--set", f"{path}={setting(value)}"]
     if out is not None:
         words += ["--out", os.fspath(out)]
     return words

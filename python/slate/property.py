@@ -105,17 +105,21 @@ class Property:
     def wait(self, condition: Any = None, *, timeout: float | None = None) -> Sample:
         """Waits for a value that fulfils a condition, such as `lambda pose: pose["x"] > 1`; without one, for any value."""
         until = None if timeout is None else time.monotonic() + timeout
+        late = f"no value of {self._url} fulfils the condition within {timeout} s"
         after = None
         while True:
             rest = None if until is None else max(0.0, until - time.monotonic())
             try:
                 news = self._agent._news(self._url, after, rest, WAIT)
             except TimeoutError:
-                raise TimeoutError(f"no value of {self._url} fulfils the condition within {timeout} s") from None
+                raise TimeoutError(late) from None
             for sample in news:
                 after = sample.sequence
                 if condition is None or condition(sample.value):
                     return sample
+            # Values may come faster than they are looked at.
+            if until is not None and time.monotonic() > until:
+                raise TimeoutError(late)
 
     def __iter__(self) -> Iterator[Sample]:
         return self.watch()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import sysconfig
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 from ._slate import DrivenInput, Probe, SteppedAgent
 from .arrays import grid_array, image_array, import_numpy, record_array
 from .property import Sample, _plain
+from .settings import setting
 
 
 class Simulation:
@@ -34,8 +36,9 @@ class Simulation:
         record: str | os.PathLike[str] | None = None,
     ) -> None:
         sets = [] if seed is None else [f"agent.seed={int(seed)}"]
-        for path, value in (set or {}).items():
-            sets.append(f"{path}={value if isinstance(value, str) else json.dumps(_plain(value))}")
+        sets += [f"{path}={setting(value)}" for path, value in (set or {}).items()]
+        # Modules in Python run in this interpreter: the process has its program, not that of the environment.
+        os.environ.setdefault("SLATE_PYTHON", sys.executable)
         file = None if record is None else Path(record).absolute()
         self._recording: Path | None = None
         self._agent = SteppedAgent(os.fspath(name), sets, _program(), _examples(), file)
@@ -86,7 +89,7 @@ class Simulation:
 
     def set(self, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
         """Changes settings, all or none, by paths as `slate run --set` takes them."""
-        pairs = [[path, value if isinstance(value, str) else json.dumps(_plain(value))] for path, value in changes.items()]
+        pairs = [[path, setting(value)] for path, value in changes.items()]
         return json.loads(self._agent.operate("set", "", json.dumps(pairs)))
 
     def properties(self) -> dict[str, str]:

@@ -22,8 +22,8 @@ mod _slate {
     use super::driven_input::DrivenInput;
     #[pymodule_export]
     use super::host::{
-        CommandPort, DebugPort, Fixture, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Stamp,
-        Tick, Value, encode_value, interface, interfaces, is_stage, nanoseconds, serve_module,
+        CommandPort, DebugPort, Fixture, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Received,
+        Stamp, Tick, Value, encode_value, interface, interfaces, is_stage, nanoseconds, serve_module,
     };
     #[pymodule_export]
     use super::probe::Probe;

@@ -1,7 +1,7 @@
 //! Agents that run in this process, one cycle at a time.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::buffer::PyBuffer;
@@ -251,7 +251,11 @@ impl SteppedAgent {
     }
 
     /// Ends the agent and its recording; returns the file of the recording.
+    /// In a process that was forked, both are the parent's.
     fn close(&self, py: Python<'_>) -> PyResult<Option<PathBuf>> {
+        if self.process != std::process::id() {
+            return Ok(None);
+        }
         let Some(stepped) = py.detach(|| self.lock().take()) else { return Ok(None) };
         py.detach(|| stepped.end()).map_err(|error| PyException::new_err(error.to_string()))
     }
@@ -267,6 +271,15 @@ fn check_target(target: &PyBuffer<f64>, length: usize) -> PyResult<()> {
     Err(PyValueError::new_err(format!(
         "expected a writable buffer of {length} numbers, found {kind} of {found}"
     )))
+}
+
+impl Drop for SteppedAgent {
+    fn drop(&mut self) {
+        // In a process that was forked, its threads, files and sockets are the parent's.
+        if self.process != std::process::id() {
+            std::mem::forget(self.stepped.get_mut().unwrap_or_else(PoisonError::into_inner).take());
+        }
+    }
 }
 
 impl SteppedAgent {

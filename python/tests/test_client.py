@@ -3,15 +3,20 @@
 import asyncio
 import math
 import os
+import pickle
+import re
 import signal
 import tempfile
 import threading
 import time
+import tomllib
 import unittest
 import unittest.mock
 from pathlib import Path
 
 import slate
+from slate._slate import agent_of
+from slate.settings import setting
 
 
 def setUpModule():
@@ -170,6 +175,22 @@ class Client(unittest.TestCase):
         with self.assertRaises(TimeoutError):
             self.agent["/simulator/r2/truth"].wait(lambda pose: pose["x"] > 1e9, timeout=0.3)
 
+    def test_a_wait_ends_although_values_come_faster_than_they_are_looked_at(self):
+        with slate.start("exp1", set={"modules.referee.params.goal_tolerance": 0.0}, rate="max") as agent:
+            begin = time.monotonic()
+            with self.assertRaises(TimeoutError):
+                agent["/simulator/r2/truth"].wait(lambda pose: False, timeout=0.5)
+            self.assertLess(time.monotonic() - begin, 10)
+
+    def test_a_lease_outlasts_a_pause_and_hides_no_error_of_its_block(self):
+        with self.agent.drive("r2/wheels", who="a test") as lease:
+            # Longer than a lease that nobody renews.
+            time.sleep(6)
+            lease.command({"left": 1.0, "right": 1.0}, seconds=0.5)
+        with self.assertRaises(ZeroDivisionError), self.agent.drive("r2/wheels") as lease:
+            lease.release()
+            1 / 0
+
     def test_no_connection_crosses_a_fork(self):
         child = os.fork()
         if child == 0:
@@ -194,10 +215,20 @@ class Program(unittest.TestCase):
             first, second = (slate.run("exp1", seed=0, out=f"{out}/{run}") for run in "ab")
         self.assertEqual(first["digest"], second["digest"])
 
+    def test_settings_are_written_as_toml(self):
+        written = {"a": 1, "b": [0.5, True], "c d": {"e": 'a "quote"', "f": math.inf}}
+        self.assertEqual(tomllib.loads(f"x = {setting(written)}")["x"], written)
+        self.assertEqual(setting("10 Hz"), "10 Hz")
+        with self.assertRaises(TypeError):
+            setting([None])
+
     def test_a_run_that_can_not_begin_says_why(self):
         with self.assertRaises(slate.ProgramError) as caught:
             slate.run("exp0")
         self.assertIn("exp0", caught.exception.output)
+        # As processes of a pool hand it on.
+        copy = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((str(copy), copy.status, copy.output), (str(caught.exception), caught.exception.status, caught.exception.output))
 
     def test_a_batch_returns_its_statistics(self):
         with tempfile.TemporaryDirectory() as out:
@@ -208,6 +239,20 @@ class Program(unittest.TestCase):
         with slate.start("exp1", seed=0) as agent:
             name = agent.name
         self.assertNotIn(name, slate.agents())
+
+    def test_an_agent_that_dies_in_the_block_says_what_it_said_last(self):
+        with self.assertRaises(slate.AgentUnreachable) as caught, slate.start("exp1", seed=0) as agent:
+            children = (Path("/proc/self/task") / str(threading.get_native_id()) / "children").read_text()
+            process = next(child for child in map(int, children.split()) if agent_of(child) == agent.name)
+            os.kill(process, signal.SIGKILL)
+            while True:
+                _ = agent["/simulator/r2/truth"].value
+        self.assertIn("exit code -9", caught.exception.__notes__[0])
+
+    def test_the_example_of_the_package_runs(self):
+        text = (Path(__file__).parents[1] / "README.md").read_text()
+        (example,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+        exec(example, {})
 
 
 if __name__ == "__main__":

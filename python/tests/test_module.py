@@ -196,6 +196,19 @@ class InFixture(unittest.TestCase):
         self.assertIn("`ranges` of LaserScan", message)
         self.assertIn("copy", message)
 
+    def test_a_value_of_an_earlier_tick_is_compared_with_none(self):
+        def deed(beams):
+            now, before = beams.copy.write(1), beams._kept.get("value")
+            beams._kept["value"] = now
+            if before is not None:
+                for first, second in ((before, now), (now, before)):
+                    with self.assertRaises(RuntimeError):
+                        _ = first == second
+
+        beams = self.beams(deed)
+        beams.tick()
+        beams.tick()
+
     def test_an_array_that_only_a_cycle_holds_is_no_failure(self):
         def deed(beams):
             ranges = beams.scan.get().ranges
@@ -662,6 +675,9 @@ class InLockstep(unittest.TestCase):
         runs = [slate.run(project / "rover.toml", seed=seed, out=out / str(i)) for i, seed in enumerate((1, 1))]
         self.assertEqual(runs[0]["outcome"], "goal_reached", runs[0])
         self.assertEqual(runs[0]["digest"], runs[1]["digest"])
+        # The interpreter of its module is this one, which a link in the environment names.
+        with slate.Simulation(project / "rover.toml", seed=1) as simulation:
+            self.assertEqual(simulation.run()["digest"], runs[0]["digest"])
 
     def test_the_example_wanders_without_a_contact(self):
         example = Path(__file__).parents[1] / "examples/wander/wander.toml"

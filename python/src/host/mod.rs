@@ -25,7 +25,9 @@ use slate_runtime::isolation::{PythonSource, serve_python};
 pub use fixture::Fixture;
 pub use kind::is_stage;
 use memory::Block;
-pub use ports::{CommandPort, DebugPort, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Stamp};
+pub use ports::{
+    CommandPort, DebugPort, InboxPort, InputPort, OutboxPort, OutputPort, QueuePort, Received, Stamp,
+};
 pub use tick::Tick;
 pub use value::Value;
 

@@ -202,7 +202,10 @@ impl Value {
     fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
         self.0.check()?;
         match other.cast::<Self>() {
-            Ok(other) => self.0.dict(py)?.bind(py).eq(other.get().0.dict(py)?),
+            Ok(other) => {
+                other.get().0.check()?;
+                self.0.dict(py)?.bind(py).eq(other.get().0.dict(py)?)
+            }
             Err(_) => self.0.dict(py)?.bind(py).eq(other),
         }
     }
