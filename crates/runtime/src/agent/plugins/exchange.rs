@@ -35,17 +35,18 @@ impl<'c> CodeExchange<'c> {
         Self { shared }
     }
 
-    /// Exchanges the code of modules with that of a version of their plugin.
+    /// Exchanges the code of modules with fresh instances of a version of their plugin.
     pub fn exchange(
         &self,
         composition: &mut Composition,
         modules: &[String],
+        fresh: Vec<Option<Retired>>,
         version: &mut PluginVersion<'_>,
     ) -> Result<CarriedStates, PluginError> {
         let _closed = ModuleRemoval::new(self.shared, modules).end_threads(composition)?;
         let mut exchanges = Vec::new();
-        for module in modules {
-            let Some(fresh) = version.fresh(composition, module)? else { continue };
+        for (module, fresh) in modules.iter().zip(fresh) {
+            let Some(fresh) = fresh else { continue };
             let loaded = &composition.assembly.modules[module];
             exchanges.push(PendingExchange {
                 cell: Arc::clone(&loaded.cell),

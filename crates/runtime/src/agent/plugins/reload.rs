@@ -43,21 +43,19 @@ impl<'c> Reloader<'c> {
         let modules = composition.modules_of(&[name.to_owned()]);
         let in_place = modules.iter().all(|module| version.is_alike(&composition, module));
         version.try_arrivals(&composition)?;
-        if !in_place {
-            for module in &modules {
-                version.fresh(&composition, module)?;
-            }
+        // While the old code ticks: `create` may load a network, or start an interpreter.
+        let mut fresh = Vec::new();
+        for module in &modules {
+            fresh.push(version.fresh(&composition, module)?);
         }
+        let fresh = in_place.then_some(fresh);
         let file = std::path::absolute(file).unwrap_or_else(|_| file.into());
         let hash = version.plugin.kinds().iter().find_map(slate_engine::plugin::code_of).unwrap_or_default();
         let change = Change::Reload { plugin: name.into(), file: file.clone(), hash };
         let modules = self.agent.recorder.make(vec![change], || -> Result<CarriedStates, PluginError> {
-            if in_place {
-                let modules = CodeExchange::new(&self.agent.shared).exchange(
-                    &mut composition,
-                    &modules,
-                    &mut version,
-                )?;
+            if let Some(fresh) = fresh {
+                let exchange = CodeExchange::new(&self.agent.shared);
+                let modules = exchange.exchange(&mut composition, &modules, fresh, &mut version)?;
                 ModuleTrials::new(&self.agent.shared).end(&mut composition, name);
                 version.take_in(&mut composition)?;
                 Ok(modules)
