@@ -1,6 +1,8 @@
 """Agents from Python: values, messages, links, settings, motion, recordings."""
 
 import asyncio
+import contextlib
+import io
 import math
 import os
 import pickle
@@ -252,7 +254,9 @@ class Program(unittest.TestCase):
     def test_the_example_of_the_package_runs(self):
         text = (Path(__file__).parents[1] / "README.md").read_text()
         (example,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
-        exec(example, {})
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(example, {})
+        self.assertIn("theta", printed.getvalue())
 
 
 if __name__ == "__main__":
