@@ -2,8 +2,9 @@
 //! Each module is a target, which promises: no panic, no abort, no hang, no more memory than the limits of the code,
 //! and a refusal changes nothing.
 //!
-//! `cargo test -p slate-fuzz` runs each target on the corpus in `fuzz/corpus` and on edits of it, `fuzz/run SECONDS` for that
-//! long from there. With `cargo fuzz run --features libfuzzer` the targets run, too.
+//! `cargo test -p slate-fuzz` runs each target on its corpus in `fuzz/corpus` and on edits of it. `fuzz/run SECONDS` lets
+//! a fuzzer run each target for that long, from the corpus on; 0 seconds replay it.
+//! `cargo fuzz run --features libfuzzer TARGET` works, too.
 //! `cargo run -p slate-fuzz --example corpus` makes the corpus from conversations of real agents.
 //! What a fuzzer has found goes into it under a name that says what it was.
 

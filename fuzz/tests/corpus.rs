@@ -1,6 +1,7 @@
-//! Every target keeps its promises for its corpus, and for what a few edits make of that.
-//! The edits are the same in each run; `fuzz/run` looks for others by what the code does with them.
+//! Every target keeps its promises for its corpus, and for random edits of it.
+//! The edits are the same in each run; `fuzz/run` finds others by the coverage of the code.
 
+use std::cell::RefCell;
 use std::fs;
 use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -14,7 +15,7 @@ use proptest::test_runner::{Config, TestRunner};
 const CASES: u32 = 512;
 
 /// Far longer than any input takes, on a machine that is busy with something else.
-const LONGEST: Duration = Duration::from_secs(30);
+const LONGEST: Duration = Duration::from_secs(5);
 
 /// As the targets count what the whole process allocates, one runs at a time.
 static TURN: Mutex<()> = Mutex::new(());
@@ -125,16 +126,18 @@ fn check(target: &'static str, run: fn(&[u8])) {
         Config { cases: CASES, failure_persistence: None, ..Config::default() },
         proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
     );
+    let last = RefCell::new(Vec::new());
     let checked = runner.run(&(any::<prop::sample::Index>(), edits()), |(file, edits)| {
         let mut input = file.get(&corpus).clone();
         for edit in &edits {
             apply(edit, &mut input, &corpus);
         }
+        last.replace(input.clone());
         run(&input);
         Ok(())
     });
     if let Err(error) = checked {
-        panic!("{target}: {error}");
+        panic!("{target}: {error}\nlast input: {:02x?}", last.borrow());
     }
 }
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from ._slate import AgentError, Connection, NoAgent, agents
+from ._slate import AgentError, Connection, NoAgent, Refused, agents
 from .property import Property, Sample, _plain, _sample
 from .settings import setting
 
@@ -154,13 +154,15 @@ class Agent:
         ended = threading.Event()
         renewal = threading.Thread(target=lease._renew, args=(ended,), name=f"lease of {actuator}", daemon=True)
         renewal.start()
+        failed = True
         try:
             yield lease
+            failed = False
         finally:
             ended.set()
             renewal.join()
-            # One that has ended, such as by a stop of the agent, needs no release, and the block may have failed of that.
-            with suppress(AgentError):
+            # A lease that has ended needs no release; an error of the block goes before one of the release.
+            with suppress(AgentError if failed else Refused):
                 lease.release()
 
     # Recordings, snapshots, the log.
@@ -242,7 +244,7 @@ class Lease:
 
     def _renew(self, ended: threading.Event) -> None:
         while not ended.wait(self._term / 4):
-            # What is wrong, the next command says.
+            # The next command reports the error.
             with suppress(AgentError):
                 self._agent.call("PUT", f"/leases/{_coded(self._lease)}", {})
 

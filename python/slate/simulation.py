@@ -37,8 +37,9 @@ class Simulation:
     ) -> None:
         sets = [] if seed is None else [f"agent.seed={int(seed)}"]
         sets += [f"{path}={setting(value)}" for path, value in (set or {}).items()]
-        # Modules in Python run in this interpreter: the process has its program, not that of the environment.
-        os.environ.setdefault("SLATE_PYTHON", sys.executable)
+        # Modules in Python run in processes with this interpreter; the program of this process is not Slate's.
+        if sys.executable:
+            os.environ.setdefault("SLATE_PYTHON", sys.executable)
         file = None if record is None else Path(record).absolute()
         self._recording: Path | None = None
         self._agent = SteppedAgent(os.fspath(name), sets, _program(), _examples(), file)

@@ -196,7 +196,7 @@ class InFixture(unittest.TestCase):
         self.assertIn("`ranges` of LaserScan", message)
         self.assertIn("copy", message)
 
-    def test_a_value_of_an_earlier_tick_is_compared_with_none(self):
+    def test_comparing_a_value_of_an_earlier_tick_fails(self):
         def deed(beams):
             now, before = beams.copy.write(1), beams._kept.get("value")
             beams._kept["value"] = now

@@ -2,7 +2,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{Hardware, Params, Ports, Setup, Stage, Tick, Trigger};
 
-/// Unit of behaviour: a pure step over inputs, outputs, parameters and a state.
+/// Unit of behavior: a pure step over inputs, outputs, parameters and a state.
 /// The host owns inputs, outputs and parameters.
 ///
 /// Write the implementation under the `#[module]` macro, which supplies name, stage and [`spec`](Module::spec) and, when the state
