@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde_json::json;
+use slate_bag::Compression as Chunks;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_dds::{IdlFile, IdlMessage, Representation};
 use slate_drivers::DeviceProtocol;
@@ -22,8 +23,7 @@ use slate_fuzz::{
 use slate_interfaces::{Chassis, Image, ImageFormat, LaserScan, Odometry, Pose2, Sightings, Transform};
 use slate_module::encode_interface;
 use slate_network::SampleAttachment;
-use slate_record::bag::Compression as Chunks;
-use slate_record::ros;
+use slate_ros_messages as ros;
 use slate_share::encoding::encode;
 use slate_share::knowledge::{Replica, Statement};
 use slate_share::session::{Compression, Encoding};

@@ -1,11 +1,11 @@
 //! Recording files: damage is an error and can be repaired to a whole file.
 
-use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use slate_record::bag::{
+use slate_bag::{
     Attachment, Channel, Compression, Decoder, Error, Header, Metadata, Reader, Schema, Writer, repair_into,
 };
+use slate_sorted::SortedMap;
 
 /// Reads a file of those bytes and all values in it, and repairs it.
 pub fn run(bytes: &[u8]) {
@@ -61,7 +61,7 @@ pub fn recording(compression: Compression) -> Vec<u8> {
     writer.schema(&schema).expect("it is the only one");
     for (id, schema_id, encoding) in [(1, 1, "cdr"), (2, 0, "json")] {
         let (topic, message_encoding) = (format!("/topic/{id}"), encoding.into());
-        let channel = Channel { id, schema_id, topic, message_encoding, metadata: BTreeMap::new() };
+        let channel = Channel { id, schema_id, topic, message_encoding, metadata: SortedMap::new() };
         writer.channel(&channel).expect("its schema is defined");
     }
     for i in 0..20_u32 {
@@ -75,7 +75,7 @@ pub fn recording(compression: Compression) -> Vec<u8> {
             writer.close_chunk().expect("it is in memory");
         }
     }
-    let metadata = BTreeMap::from([("seed".to_owned(), "3".to_owned())]);
+    let metadata = SortedMap::from([("seed".to_owned(), "3".to_owned())]);
     writer.metadata(&Metadata { name: "run".into(), metadata }).expect("it is in memory");
     writer.finish().expect("it is in memory")
 }

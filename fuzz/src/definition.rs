@@ -5,7 +5,8 @@ use crate::input::Input;
 use crate::memory::within;
 use slate_blackboard::interface::{Descriptor, Kind, View};
 use slate_module::{decode_interface, encode_interface};
-use slate_record::ros::{self, Definition, Described, Schema, Shown, definition};
+use slate_ros_messages as ros;
+use slate_ros_messages::{Definition, Described, Schema, Shown, definition};
 
 #[path = "../../crates/cli/src/interface/parse.rs"]
 mod parse;

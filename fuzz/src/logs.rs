@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use crate::memory::within;
-use slate_record::bag::{Error, Selection};
-use slate_record::logs::{Format, Options, export_carmen, import, open};
+use slate_bag::{Error, Selection};
+use slate_logs::{Format, Options, export_carmen, import, open};
 
 /// The first byte says what the others are.
 pub const FORMATS: [Option<Format>; 6] = [

@@ -8,7 +8,7 @@ use crate::memory::within;
 use slate_blackboard::interface::{Descriptor, Interface, Kind, View};
 use slate_interfaces::{LaserScan, Pose2};
 use slate_network::{Decoded, InputSource, Payload, SampleAttachment, alive_agent, alive_key, encoding};
-use slate_record::ros;
+use slate_ros_messages as ros;
 
 /// The interfaces of a script, by number.
 pub const INTERFACES: [&Descriptor; 4] =

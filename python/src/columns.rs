@@ -1,7 +1,7 @@
 //! Values of many messages as columns, one for each field.
 
-use slate_record::bag::Value;
-use slate_record::ros;
+use slate_bag::Value;
+use slate_ros_messages as ros;
 
 /// Messages of one topic as columns.
 #[derive(Default)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::{PyException, PyKeyError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use slate_record::bag::{Decoder, Error, Reader, Selection, verify};
+use slate_bag::{Decoder, Error, Reader, Selection, verify};
 
 use crate::columns::{Column, Columns};
 

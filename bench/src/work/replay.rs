@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use cu29::prelude::{UnifiedLogType, UnifiedLoggerIOReader, UnifiedLoggerRead};
-use slate_record::bag::Reader;
+use slate_bag::Reader;
 
 use super::caterpillar::{MODULES, copper_on};
 use super::record::Mcap;

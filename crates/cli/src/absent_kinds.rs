@@ -1,9 +1,8 @@
 //! Kinds of modules of features that are not built in.
 
-use std::collections::BTreeSet;
-
 use slate::runtime::ErrorCode;
 use slate::runtime::configuration::{Configuration, Report};
+use slate_sorted::SortedSet;
 
 use crate::FEATURES;
 
@@ -99,7 +98,7 @@ pub fn check_built(configuration: &Configuration, is_built: impl Fn(&str) -> boo
     let absent: Vec<_> =
         modules.filter_map(|module| needed(&module.kind.value).map(|feature| (module, feature))).collect();
     let Some((first, _)) = absent.first() else { return Ok(()) };
-    let features: BTreeSet<_> = absent.iter().map(|(_, feature)| *feature).collect();
+    let features: SortedSet<_> = absent.iter().map(|(_, feature)| *feature).collect();
     let names = absent.iter().take(MAX_NAMED_MODULES);
     let names = names.map(|(module, _)| format!("{} ({})", module.name.value, module.kind.value));
     let mut names = names.collect::<Vec<_>>().join(", ");

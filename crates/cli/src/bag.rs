@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use slate::record::bag::{self, Compared, Decoder, Error, Part, Reader, Selection, Value};
-use slate::record::logs;
+use slate::bag::{self, Decoder, Error, Reader, Selection, Value};
+use slate::logs::{self, Compared, Part};
 use slate::runtime::printable;
 
 use crate::failure::Failure;
@@ -286,7 +286,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         BagVerb::Open(options) => return viewer::open(options),
         BagVerb::Filter { file, topics, exclude, span, out, force } => {
             target::free(out, &[file], *force)?;
-            let messages = bag::copy(file, out, &span.of(file, topics)?.without(exclude))?;
+            let messages = logs::copy(file, out, &span.of(file, topics)?.without(exclude))?;
             show::written(out, messages);
         }
         BagVerb::Merge { files, prefix, interleave, out, force } => {
@@ -301,7 +301,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         }
         BagVerb::Plot { file, fields, span, out, force } => {
             target::free(out, &[file], *force)?;
-            let (points, unread) = bag::plot(file, fields, &span.of(file, &[])?, out)?;
+            let (points, unread) = slate::report::plot_values(file, fields, &span.of(file, &[])?, out)?;
             let points = points.iter().sum::<usize>() as u64;
             output::line(format_args!(
                 "{} shows {}",
@@ -334,7 +334,7 @@ fn export(options: &ExportOptions) -> Result<bool, Failure> {
             log.unread
         }
         _ => {
-            let (tables, unread) = bag::export_csv(file, &selection, out)?;
+            let (tables, unread) = logs::export_csv(file, &selection, out)?;
             tables.iter().for_each(|table| show::table(&table.path, &table.topic, table.rows));
             unread
         }
@@ -344,7 +344,7 @@ fn export(options: &ExportOptions) -> Result<bool, Failure> {
 
 /// Compares two recordings; false when they differ or can't be read in full.
 fn diff((a, b): (&Path, &Path), compared: &Compared, json: bool) -> Result<bool, Failure> {
-    let diff = bag::diff_of(a, b, compared)?;
+    let diff = logs::diff_of(a, b, compared)?;
     match json {
         true => output::document("slate.bag.diff/1", &diff),
         false => show::diff(a, b, &diff),
@@ -373,7 +373,7 @@ fn merge(
     }
     let prefixes = prefixes.iter().map(String::as_str).chain(std::iter::repeat(""));
     let parts: Vec<_> = paths.into_iter().zip(prefixes).map(|(file, prefix)| Part { file, prefix }).collect();
-    show::written(out, bag::merge(&parts, out, interleave)?);
+    show::written(out, logs::merge(&parts, out, interleave)?);
     Ok(())
 }
 

@@ -3,7 +3,6 @@
 mod ending;
 mod progress;
 
-use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,9 +12,10 @@ use std::thread;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::record::{Batch, Outcome, Summary};
+use slate::report::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
 use slate_run::{ApplicationOptions, Folder, MAXIMUM_SEED, MissionOptions, MissionRun, ModeName, RunError};
+use slate_sorted::SortedMap;
 
 use crate::complete;
 use crate::examples;
@@ -137,8 +137,8 @@ fn sets(options: &BatchOptions) -> Result<Vec<String>, Failure> {
 /// Makes the runs, and returns their summaries in the order of their seeds.
 fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
     let mut progress = BatchProgress::new(queue.options.runs);
-    let mut summaries = BTreeMap::new();
-    let mut failures = BTreeMap::new();
+    let mut summaries = SortedMap::new();
+    let mut failures = SortedMap::new();
     thread::scope(|scope| {
         let (sender, results) = channel();
         for _ in 0..jobs(queue.options) {

@@ -2,7 +2,6 @@
 
 mod findings;
 
-use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -21,6 +20,7 @@ use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate::runtime::{ErrorCode, StartError};
 use slate_run::{Application, check_tables};
+use slate_sorted::SortedMap;
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -73,7 +73,7 @@ struct GateLimits {
     gate: String,
     /// Name of the robot's description.
     robot: String,
-    limits: BTreeMap<String, [f64; 2]>,
+    limits: SortedMap<String, [f64; 2]>,
 }
 
 impl GateLimits {

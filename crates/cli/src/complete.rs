@@ -1,6 +1,5 @@
 //! Candidates for shell completion.
 
-use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -9,6 +8,7 @@ use clap::ValueEnum;
 use clap_complete::CompletionCandidate;
 use slate::control::Client;
 use slate::runtime::directory::agents;
+use slate_sorted::SortedSet;
 
 use crate::examples;
 use crate::local_agents::query_default;
@@ -27,14 +27,14 @@ pub enum Shell {
 }
 
 /// Returns the candidates that `find` finds in time.
-fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
+fn in_time(find: impl FnOnce() -> SortedSet<String> + Send + 'static) -> SortedSet<String> {
     let (sender, found) = channel();
     // A hanging query ends with this program; without a thread, nothing is found.
     let _ = std::thread::Builder::new().spawn(move || sender.send(find()));
     found.recv_timeout(CANDIDATE_TIMEOUT).unwrap_or_default()
 }
 
-fn candidates(names: BTreeSet<String>, current: &OsStr) -> Vec<CompletionCandidate> {
+fn candidates(names: SortedSet<String>, current: &OsStr) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
     names.into_iter().filter(|name| name.starts_with(&current)).map(CompletionCandidate::new).collect()
 }

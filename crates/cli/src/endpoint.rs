@@ -1,7 +1,6 @@
 //! Endpoint of an agent over HTTP: its address and secrets.
 //! The agent leaves both in a file that only its user can read.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
@@ -10,6 +9,7 @@ use serde::Deserialize;
 use slate::control::Role;
 use slate::control::client::{Access, AccessFailure, Address};
 use slate::runtime::directory::{Lock, folder};
+use slate_sorted::SortedMap;
 
 use crate::failure::Failure;
 use crate::token;
@@ -25,7 +25,7 @@ struct Endpoint {
     /// Address for browsers, by a name that its certificate holds.
     browser: String,
     /// Secrets by the names of roles, from the lowest.
-    tokens: BTreeMap<String, String>,
+    tokens: SortedMap<String, String>,
     /// Process of the agent.
     process: u32,
     /// File of its certificate, if it speaks TLS.

@@ -1,12 +1,12 @@
 //! Export of a run as a page that plays it without an agent.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde_json::Value as Json;
 use slate::console::{RecordedRun, RecordedSample, exported_page};
 use slate::control::{Client, ClientError};
+use slate_sorted::SortedMap;
 
 use crate::failure::Failure;
 use crate::replay::with_playback;
@@ -79,7 +79,7 @@ fn file_name(file: &Path) -> String {
 /// Reads a run over the control surface, each property at most at a rate in Hz.
 fn gather(client: &mut Client, file: String, rate: f64) -> Result<RecordedRun, Failure> {
     let (from, to) = extent(client)?;
-    let mut resources = BTreeMap::new();
+    let mut resources = SortedMap::new();
     for path in RESOURCES {
         resources.insert(path.split('?').next().unwrap_or(path).to_owned(), client.call("GET", path, None)?);
     }
@@ -90,7 +90,7 @@ fn gather(client: &mut Client, file: String, rate: f64) -> Result<RecordedRun, F
     }
     let agent = client.name().to_owned();
     let limit = ((to.saturating_sub(from) as f64 * 1e-9 * rate) as u64 + 2).min(MAX_VALUES);
-    let mut histories = BTreeMap::new();
+    let mut histories = SortedMap::new();
     for property in resources["/properties"].as_array().into_iter().flatten() {
         let (Some(path), Some(interface)) = (property["path"].as_str(), property["interface"].as_str())
         else {

@@ -24,7 +24,7 @@ pub fn check(composition: &CheckedComposition<'_>, catalogue: &Catalogue) -> Res
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails panics")]
 mod tests {
-    use std::collections::BTreeMap;
+    use slate_sorted::SortedMap;
 
     use slate::runtime::composition::LinkedConfiguration;
     use slate::runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
@@ -41,7 +41,7 @@ mod tests {
             Ok(())
         }
 
-        fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
+        fn set_demands(&mut self, _: SortedMap<RemotePath, RemoteDemand>) {}
     }
 
     /// Returns the properties of an index: path, interface and writer.

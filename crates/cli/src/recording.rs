@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use slate::record::bag::Unread;
-use slate::record::page::{Followed, Known};
-use slate::record::replay::Run;
+use slate::bag::Unread;
+use slate::replay::Run;
+use slate::report::page::{Followed, Known};
 use slate::runtime::printable;
 
 use crate::{output, scene};

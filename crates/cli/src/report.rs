@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use slate::record::RocsLog;
-use slate::record::page::{self, Page};
+use slate::report::RocsLog;
+use slate::report::page::{self, Page};
 use slate::runtime::printable;
 
 use crate::failure::Failure;

@@ -1,12 +1,12 @@
 //! Properties of an agent as a tree.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Map, Value, json};
 use slate::control::{Client, PropertyEntry, Watched};
+use slate_sorted::SortedMap;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -44,7 +44,7 @@ pub struct TreeOptions {
 #[derive(Default)]
 struct PropertyNode {
     property: Option<(PropertyEntry, Option<Value>)>,
-    below: BTreeMap<String, PropertyNode>,
+    below: SortedMap<String, PropertyNode>,
 }
 
 /// Prints the tree.

@@ -1,10 +1,9 @@
 //! URLs and patterns of properties on the command line.
 
-use std::collections::BTreeSet;
-
 use slate::blackboard::is_within;
 use slate::control::{Client, ClientError, PropertyEntry};
 use slate::runtime::ErrorCode;
+use slate_sorted::SortedSet;
 
 use crate::failure::Failure;
 
@@ -65,7 +64,7 @@ pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>
     }
     let inside = paths.iter().filter(|path| is_within(path, &above));
     let names = inside.filter_map(|path| path[above.len()..].trim_start_matches('/').split('/').next());
-    let names: BTreeSet<_> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    let names: SortedSet<_> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
     Err(Failure::NothingBelow {
         pattern: pattern.into(),
         above: format!("{}{above}", root(pattern)),

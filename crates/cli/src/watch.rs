@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
+use slate::bag::seconds;
 use slate::control::{ClientError, Reading, Watched};
-use slate::record::bag::seconds;
 use slate::runtime::ErrorCode;
 
 use crate::clock::now;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use slate::blackboard::interface::{Descriptor, Interface, Sequence, Text, View};
-use slate::record::ros::{DefinitionFiles, WireFormat};
+use slate::ros_messages::{DefinitionFiles, WireFormat};
 
 use crate::common;
 use common::Running;

@@ -11,7 +11,7 @@ use slate::blackboard::Carrier;
 use slate::blackboard::interface::{self, Value, View};
 use slate::module::Plugin;
 use slate::record::Recorder;
-use slate::record::replay::{Comparison, Plan, Player, Recomputation, Verdict};
+use slate::replay::{Comparison, Plan, Player, Recomputation, Verdict};
 use slate::runtime::configuration::{Database, Options as Layers};
 use slate::runtime::{Agent, Mode, Options, Rate};
 

@@ -11,8 +11,8 @@ use mcap::read::Options;
 use mcap::records::{Metadata, Record};
 use mcap::{Message, MessageStream, Summary};
 use serde_json::Value;
-use slate::record::bag::{Compression, Reader, Writer};
-use slate::record::ros::Schema;
+use slate::bag::{Compression, Reader, Writer};
+use slate::ros_messages::Schema;
 
 pub(crate) const ON: [&str; 2] = ["--set", "record.enabled=true"];
 

@@ -1,10 +1,10 @@
 //! Plugins with their kinds of modules, and known properties of other agents.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{ModuleKind, Plugin};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::Played;
 use crate::RemotePath;
@@ -17,15 +17,15 @@ pub struct Catalogue {
     /// Plugins in the order of loading.
     pub plugins: Vec<Plugin>,
     /// Kinds by name, with the plugin that brings them.
-    pub dormant: BTreeMap<String, String>,
+    pub dormant: SortedMap<String, String>,
     /// Mirrored properties of other agents, by the paths that links name.
-    pub remote: BTreeMap<RemotePath, RemoteProperty>,
+    pub remote: SortedMap<RemotePath, RemoteProperty>,
     /// Properties that are played from a recording.
     pub played: Arc<[Played]>,
     /// Support for links to other agents.
     pub shares: bool,
     /// Carriers of their values; any carrier when this is empty.
-    pub carriers: BTreeSet<String>,
+    pub carriers: SortedSet<String>,
     /// Support for JPEG compression of these values.
     pub has_jpeg: bool,
     /// Services of the host.
@@ -42,11 +42,11 @@ impl Default for Catalogue {
     fn default() -> Self {
         Self {
             plugins: Vec::new(),
-            dormant: BTreeMap::new(),
-            remote: BTreeMap::new(),
+            dormant: SortedMap::new(),
+            remote: SortedMap::new(),
             played: Arc::default(),
             shares: false,
-            carriers: BTreeSet::new(),
+            carriers: SortedSet::new(),
             has_jpeg: false,
             services: Vec::new(),
             describe,
@@ -99,7 +99,7 @@ impl Catalogue {
     pub fn list(&self) -> String {
         let loaded =
             self.plugins.iter().map(|plugin| format!("{}\t{}\t1\n", plugin.name(), plugin.version_text()));
-        let dormant: BTreeSet<&String> = self.dormant.values().collect();
+        let dormant: SortedSet<&String> = self.dormant.values().collect();
         loaded.chain(dormant.into_iter().map(|name| format!("{name}\t\t0\n"))).collect()
     }
 

@@ -1,11 +1,11 @@
 //! Checked composition: all that an agent would have, without the agent.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_blackboard::{AddressSpace, BoardError};
 use slate_configuration::{Configuration, Report};
 use slate_module::PortDescription;
+use slate_sorted::SortedMap;
 
 use crate::LinkedConfiguration;
 use crate::catalogue::Catalogue;
@@ -26,7 +26,7 @@ pub struct CheckedComposition<'a> {
 }
 
 /// Modules that took over a state, or the reason for which they did not.
-pub type RestoredStates = BTreeMap<String, Result<(), String>>;
+pub type RestoredStates = SortedMap<String, Result<(), String>>;
 
 impl LinkedConfiguration {
     /// Checks the configuration, and what an agent would have at its start.
@@ -64,7 +64,7 @@ impl<'a> CheckedComposition<'a> {
     pub fn try_modules(
         &self,
         catalogue: &Catalogue,
-        states: &BTreeMap<String, Vec<u8>>,
+        states: &SortedMap<String, Vec<u8>>,
     ) -> Result<RestoredStates, Report> {
         let mut collector = DiagnosticCollector::new(self.configuration);
         let mut restored = RestoredStates::new();

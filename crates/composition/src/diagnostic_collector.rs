@@ -1,15 +1,14 @@
 //! Diagnostics with their places in the configuration.
 
-use std::collections::BTreeSet;
-
 use slate_blackboard::nearest_paths;
 use slate_configuration::{Configuration, Diagnostic, Message, Span};
+use slate_sorted::SortedSet;
 
 /// Collector of diagnostics.
 pub struct DiagnosticCollector<'a> {
     configuration: &'a Configuration,
     /// Ports with several possible links and no other diagnostic.
-    pub undecided: BTreeSet<String>,
+    pub undecided: SortedSet<String>,
     /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
     /// Deferred diagnostics at settings that parameters follow.
@@ -20,7 +19,7 @@ pub struct DiagnosticCollector<'a> {
 impl<'a> DiagnosticCollector<'a> {
     /// Creates a collector without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new(), deferred: Vec::new() }
+        Self { configuration, undecided: SortedSet::new(), diagnostics: Vec::new(), deferred: Vec::new() }
     }
 
     /// Defers the diagnostics from index `from` on that are at the given settings.

@@ -1,11 +1,11 @@
 //! Configuration with inferred links, and its checked composition.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_configuration::{Configuration, Diagnostic, Report};
 use slate_module::aspect::{MainLoop, Service};
 use slate_module::{Description, Direction, Trigger};
+use slate_sorted::SortedSet;
 
 use crate::catalogue::Catalogue;
 use crate::diagnostic_collector::DiagnosticCollector;
@@ -17,7 +17,7 @@ pub struct LinkedConfiguration {
     /// Ambiguous links.
     ambiguous: Vec<Diagnostic>,
     /// Ports of the ambiguous links.
-    undecided: BTreeSet<String>,
+    undecided: SortedSet<String>,
 }
 
 impl LinkedConfiguration {

@@ -1,9 +1,9 @@
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Board, BoardError, Property, Store};
+use slate_sorted::SortedSet;
 
 /// Property that is played from a recording.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub struct Played {
     pub module: Option<String>,
     /// Modules whose stages run after the stage that wrote the property.
     /// With `previous` they read the value from the beginning of the cycle.
-    pub later_modules: BTreeSet<String>,
+    pub later_modules: SortedSet<String>,
     /// Flag of a mailbox: modules send to it, and the player takes the messages.
     pub is_mailbox: bool,
 }

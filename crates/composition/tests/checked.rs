@@ -1,7 +1,6 @@
 //! Checked compositions: what an agent would have, without one.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -14,6 +13,7 @@ use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_module::Plugin;
 use slate_module::prelude::*;
+use slate_sorted::SortedMap;
 
 #[ports]
 struct DriverIo {
@@ -90,7 +90,7 @@ fn with<R>(sets: &[&str], look: impl FnOnce(&CheckedComposition<'_>) -> R) -> Re
     checked.map(|checked| look(&checked)).map_err(|report| report.to_string())
 }
 
-fn tried(sets: &[&str], states: &BTreeMap<String, Vec<u8>>) -> Result<RestoredStates, String> {
+fn tried(sets: &[&str], states: &SortedMap<String, Vec<u8>>) -> Result<RestoredStates, String> {
     with(sets, |checked| checked.try_modules(&catalogue(), states).map_err(|report| report.to_string()))?
 }
 
@@ -161,7 +161,7 @@ fn gates_and_paths_that_do_not_fit_are_refused() {
 
 #[test]
 fn a_module_that_can_not_be_set_up_is_told_of_at_its_place() {
-    let none = BTreeMap::new();
+    let none = SortedMap::new();
     assert_eq!(tried(&[], &none), Ok(RestoredStates::new()));
     let refused = tried(&["modules.second.params.distance=-1.0"], &none).unwrap_err();
     assert!(refused.contains("`second` can't be set up: distance is negative"), "{refused}");
@@ -172,7 +172,7 @@ fn a_module_that_can_not_be_set_up_is_told_of_at_its_place() {
 
 #[test]
 fn modules_on_trial_take_the_states_they_are_given() {
-    let state = |bytes: Vec<u8>| BTreeMap::from([("first".to_owned(), bytes)]);
+    let state = |bytes: Vec<u8>| SortedMap::from([("first".to_owned(), bytes)]);
     let setup = Setup { name: "first", seed: 0, period: 1, section: None, params: None };
     let catalogue = catalogue();
     let kind = catalogue.kind("driver").unwrap();
@@ -186,7 +186,7 @@ fn a_composition_makes_no_instance() {
     let set = format!("modules.first.params.distance={WATCHED:?}");
     assert_eq!(with(&[&set], |checked| checked.survey().modules.len()), Ok(2));
     assert_eq!(REFUSED.load(Ordering::Relaxed), 0);
-    assert!(tried(&[&set], &BTreeMap::new()).is_err());
+    assert!(tried(&[&set], &SortedMap::new()).is_err());
     assert_eq!(REFUSED.load(Ordering::Relaxed), 1);
 }
 

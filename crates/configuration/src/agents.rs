@@ -1,6 +1,6 @@
 //! Description of several agents in one file.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use super::division::Division;
 use super::problems::{Problem, Problems, suggestion};
@@ -21,7 +21,7 @@ pub(super) struct AgentTables {
     /// Name of the wanted agent, if given.
     pub(super) wanted: Option<String>,
     /// Names of all agents, with the first place of each.
-    pub(super) known: BTreeMap<String, Span>,
+    pub(super) known: SortedMap<String, Span>,
     /// Parts of the file that each of them runs.
     pub(super) division: Division,
     /// True if the wanted agent's table sets its name.

@@ -1,7 +1,7 @@
 //! Variants of a configuration.
 //! `controller = "rocs"` applies the settings of `[choices.controller.rocs]`.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use super::Configuration;
 use super::layers::{CHOICES, Layers};
@@ -94,7 +94,7 @@ impl Layers {
         let choices = self.merged.entries.get_mut(CHOICES).map(|entry| &mut entry.value.value);
         let Some(Value::Table(choices)) = choices else { return };
         let is_dropped = |entry: &TableEntry| matches!(entry.value.value, Value::Bool(false));
-        let dropped: Vec<_> = choices.entries.extract_if(.., |_, entry| is_dropped(entry)).collect();
+        let dropped = choices.entries.extract_if(|_, entry| is_dropped(entry));
         for (name, _) in dropped {
             self.merged.entries.remove(&name);
         }
@@ -108,7 +108,7 @@ impl Layers {
                 self.problems.add(span, message, "write it at the top of the file");
             }
         }
-        let mut parts = BTreeMap::new();
+        let mut parts = SortedMap::new();
         each_span(&mut settings, &mut |span| {
             span.source = *parts.entry(span.source).or_insert_with(|| self.part_at(span.source, &path));
         });

@@ -1,6 +1,6 @@
 //! Differences between two tables of values.
 
-use std::collections::BTreeSet;
+use slate_sorted::SortedSet;
 
 use super::source::Spanned;
 use super::value::{Table, Value};
@@ -38,7 +38,7 @@ fn tables<'a>(
     path: &[String],
     found: &mut Vec<ValuePair<'a>>,
 ) {
-    let names: BTreeSet<&str> =
+    let names: SortedSet<&str> =
         [old, new].into_iter().flatten().flat_map(Table::iter).map(|(name, _)| name).collect();
     for name in names {
         let get = |table: Option<&'a Table>| table.and_then(|table| table.get(name));

@@ -1,6 +1,6 @@
 //! Reading of all agents that a file describes.
 
-use std::collections::BTreeSet;
+use slate_sorted::SortedSet;
 
 use super::files::Files;
 use super::read::{Main, ReadOutcome, ReadRequest, layers, read};
@@ -10,7 +10,7 @@ use super::{Diagnostic, Options, Report, report};
 /// These may be started on other computers.
 pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     let mut read_one = read(&ReadRequest::new(main, options), Files::default());
-    let mut said = BTreeSet::new();
+    let mut said = SortedSet::new();
     let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |report: &Report| {
         // An error outside of `agents` is one of all of them.

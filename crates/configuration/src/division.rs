@@ -2,9 +2,8 @@
 //! Tables outside of `agents` are divided, so that one file serves robots in one agent and robots in agents of their
 //! own.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_blackboard::Url;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::external::ExternalUrl;
 use super::problems::{Problems, suggestion};
@@ -16,7 +15,7 @@ use crate::error_code::ErrorCode;
 
 /// Agents of a file, with the parts that each runs.
 #[derive(Default)]
-pub(super) struct Division(BTreeMap<String, AgentPart>);
+pub(super) struct Division(SortedMap<String, AgentPart>);
 
 struct AgentPart {
     /// Name under which others find it.
@@ -113,14 +112,14 @@ impl Division {
 /// For those of a robot it is the robot's name.
 struct ScopeNames {
     /// Place where each is written first.
-    common: BTreeMap<String, Span>,
+    common: SortedMap<String, Span>,
     /// The names in the agent's own table.
-    own: BTreeSet<String>,
+    own: SortedSet<String>,
 }
 
 impl ScopeNames {
     fn of(merged: &Table, sources: &Sources) -> Self {
-        let mut names = Self { common: BTreeMap::new(), own: BTreeSet::new() };
+        let mut names = Self { common: SortedMap::new(), own: SortedSet::new() };
         let tables =
             ["modules", "actuators"].into_iter().filter_map(|section| merged.get(section)?.as_table());
         for (name, entry) in tables.flat_map(Table::iter) {
@@ -135,7 +134,7 @@ impl ScopeNames {
 
 /// View of a file for one of its agents.
 struct AgentSide<'a> {
-    parts: &'a BTreeMap<String, AgentPart>,
+    parts: &'a SortedMap<String, AgentPart>,
     agent: &'a str,
     names: ScopeNames,
 }

@@ -1,7 +1,6 @@
 //! Values of a TOML document, each with its place.
 
-use std::collections::BTreeMap;
-
+use slate_sorted::SortedMap;
 use toml_edit::TableLike;
 
 use super::problems::Problems;
@@ -70,7 +69,7 @@ impl Value {
 impl Table {
     /// Reads the table of a document; `source` is its text.
     pub(super) fn of_item(table: &dyn TableLike, source: usize, problems: &mut Problems) -> Self {
-        let mut entries = BTreeMap::new();
+        let mut entries = SortedMap::new();
         for (name, item) in table.iter() {
             let range =
                 table.key(name).and_then(toml_edit::Key::span).or_else(|| item.span()).unwrap_or_default();

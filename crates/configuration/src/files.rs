@@ -1,6 +1,7 @@
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use slate_sorted::{SortedMap, SortedSet};
 
 /// Largest configuration file, bytes; a larger one is refused.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -9,7 +10,7 @@ const LARGEST_FILE: u64 = 16 << 20;
 ///
 /// A configuration that is read with the files of an earlier one gets the same texts, even if the disk has others.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Files(BTreeMap<PathBuf, Result<File, Unreadable>>);
+pub(super) struct Files(SortedMap<PathBuf, Result<File, Unreadable>>);
 
 /// File that was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +63,7 @@ pub(super) struct FileWalk {
     /// Known files, after reading all of them.
     pub(super) files: Files,
     /// Files that were read, each by its canonical path.
-    pub(super) read: BTreeSet<PathBuf>,
+    pub(super) read: SortedSet<PathBuf>,
     /// Files that include the current one, outermost first.
     open: Vec<PathBuf>,
 }

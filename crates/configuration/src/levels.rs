@@ -1,6 +1,5 @@
-use std::collections::BTreeMap;
-
 use slate_module::Level;
+use slate_sorted::SortedMap;
 
 /// Log levels by module.
 ///
@@ -20,13 +19,13 @@ use slate_module::Level;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Levels {
     most: Level,
-    named: BTreeMap<String, Level>,
+    named: SortedMap<String, Level>,
 }
 
 impl Levels {
     /// Makes one level for all modules.
     pub fn new(level: Level) -> Self {
-        Self { most: level, named: BTreeMap::new() }
+        Self { most: level, named: SortedMap::new() }
     }
 
     /// Sets the log level of a module and of all modules below it.

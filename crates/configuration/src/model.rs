@@ -1,9 +1,9 @@
-use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use slate_blackboard::{Pattern, Url};
 use slate_module::{Level, Stage, Trigger};
+use slate_sorted::SortedMap;
 
 use super::source::{Span, Spanned};
 use super::value::Table;
@@ -178,7 +178,7 @@ pub struct Share {
     /// Endpoints, such as `local:base`; at least one.
     pub listen: Vec<Spanned<String>>,
     /// Endpoints of other agents by name; the default is `local:NAME`.
-    pub agents: BTreeMap<String, Spanned<String>>,
+    pub agents: SortedMap<String, Spanned<String>>,
     /// Shared knowledge; `None` outside of a team.
     pub knowledge: Option<SharedKnowledge>,
     /// Authentication and permissions; `None` to trust all agents that reach it.
@@ -189,7 +189,7 @@ pub struct Share {
 #[derive(Clone, Debug)]
 pub struct SharedKnowledge {
     /// Properties with this robot's facts, by topic.
-    pub facts: BTreeMap<String, Spanned<String>>,
+    pub facts: SortedMap<String, Spanned<String>>,
     /// Polling interval for changes, ns.
     pub period: u64,
     /// Number of facts of a topic that are shown.
@@ -207,7 +207,7 @@ pub struct ShareSecurity {
     pub credentials: Option<Credentials>,
     /// Permissions by agent; agents that are not in it have none.
     /// `None` permits all agents everything.
-    pub allow: Option<BTreeMap<String, Allowance>>,
+    pub allow: Option<SortedMap<String, Allowance>>,
 }
 
 /// The files of an agent's certificate, in PEM.

@@ -1,6 +1,7 @@
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+use slate_sorted::SortedSet;
 
 use super::actuators::ActuatorReader;
 use super::agents::Described;
@@ -60,7 +61,7 @@ pub(super) struct ReadOutcome {
     /// Other agents that the files describe.
     pub(super) others: Vec<String>,
     /// Files that contribute to it, each by its canonical path.
-    pub(super) paths: BTreeSet<PathBuf>,
+    pub(super) paths: SortedSet<PathBuf>,
 }
 
 /// Reads a configuration; known files are not read again.

@@ -1,9 +1,9 @@
 //! Stages of the main loop.
 
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 use slate_module::Stage;
+use slate_sorted::SortedSet;
 
 /// Stage of the main loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ impl Schedule {
     /// # Errors
     /// When a name can't be one or comes twice, or when not each of the ten stages of modules is in exactly one.
     pub fn new(stages: Vec<ScheduledStage>) -> Result<Self, ScheduleError> {
-        let mut named = BTreeSet::new();
+        let mut named = SortedSet::new();
         for stage in &stages {
             if !is_stage_name(&stage.name) {
                 return Err(ScheduleError::Name { name: stage.name.clone() });

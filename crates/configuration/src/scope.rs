@@ -1,6 +1,5 @@
-use std::collections::btree_map::Entry as Slot;
-
 use slate_blackboard::Url;
+use slate_sorted::MapEntry as Slot;
 
 use super::external::ExternalUrl;
 use super::problems::Problems;

@@ -1,6 +1,5 @@
-use std::collections::BTreeMap;
-
 use slate_blackboard::Pattern;
+use slate_sorted::SortedMap;
 
 use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
 use super::problems::Problems;
@@ -42,7 +41,7 @@ impl ShareReader<'_> {
             None => vec![Spanned::new(format!("local:{agent}"), entry.key)],
         };
         let security = table.entries.get("security").and_then(|entry| self.share_security(entry));
-        let mut agents = BTreeMap::new();
+        let mut agents = SortedMap::new();
         let others = self.problems.table(table, "agents");
         for (name, entry) in others.into_iter().flat_map(Table::iter) {
             self.problems.agent_name(name, entry.key);
@@ -71,7 +70,7 @@ impl ShareReader<'_> {
         };
         let known = ["facts", "period", "room", "save"];
         self.problems.unknown_keys(table, "in [share.knowledge]", &known);
-        let mut facts = BTreeMap::new();
+        let mut facts = SortedMap::new();
         for (topic, entry) in self.problems.table(table, "facts").into_iter().flat_map(Table::iter) {
             let property = self.problems.as_text(topic, &entry.value, "scout/found");
             if self.topic(topic, entry.key)

@@ -1,7 +1,7 @@
-use std::collections::BTreeMap;
 use std::fmt;
 
 use slate_blackboard::interface;
+use slate_sorted::SortedMap;
 
 use super::source::{Span, Spanned};
 
@@ -25,7 +25,7 @@ pub enum Value {
 /// Named values, ordered by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    pub(super) entries: BTreeMap<String, TableEntry>,
+    pub(super) entries: SortedMap<String, TableEntry>,
 }
 
 /// A value in a [`Table`].

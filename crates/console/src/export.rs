@@ -1,7 +1,6 @@
 //! Page that plays a recorded run without an agent, in one file.
 //! It is the console's page with another client: `web/recorded` answers in place of an agent.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 
@@ -10,6 +9,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
+use slate_sorted::SortedMap;
 
 use crate::pages::BUILT_IN;
 
@@ -39,9 +39,9 @@ pub struct RecordedRun {
     /// Time of the last value, ns.
     pub to: u64,
     /// Answers of the agent, by the path after `/api/v1`.
-    pub resources: BTreeMap<String, Json>,
+    pub resources: SortedMap<String, Json>,
     /// Values of properties in the order of time, by the path of the property.
-    pub histories: BTreeMap<String, Vec<RecordedSample>>,
+    pub histories: SortedMap<String, Vec<RecordedSample>>,
 }
 
 /// Returns an HTML page that plays a run.
@@ -50,7 +50,7 @@ pub struct RecordedRun {
 /// # Errors
 /// When the run can't be compressed.
 pub fn exported_page(run: &RecordedRun) -> io::Result<Vec<u8>> {
-    let mut modules = BTreeMap::new();
+    let mut modules = SortedMap::new();
     let mut styles = String::new();
     let mut icon = String::new();
     for (path, content) in BUILT_IN {

@@ -1,6 +1,5 @@
 //! Table `[console]` of a configuration.
 
-use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::path::PathBuf;
 
@@ -8,6 +7,7 @@ use slate_blackboard::Pattern;
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 use slate_runtime::printable;
+use slate_sorted::SortedMap;
 
 use crate::{Role, TABLE};
 
@@ -40,7 +40,7 @@ pub struct Settings {
     /// Pages of others that may open WebSockets, such as `https://app.foxglove.dev`.
     pub origins: Vec<String>,
     /// Files with the secrets of roles; without any, new secrets are made.
-    pub tokens: BTreeMap<Role, PathBuf>,
+    pub tokens: SortedMap<Role, PathBuf>,
     /// Files with the certificate and its key, in PEM.
     pub certificate: Option<(PathBuf, PathBuf)>,
     /// Folder with the files of the page, instead of those that are built in.
@@ -57,7 +57,7 @@ impl Default for Settings {
             operable: Vec::new(),
             names: Vec::new(),
             origins: Vec::new(),
-            tokens: BTreeMap::new(),
+            tokens: SortedMap::new(),
             certificate: None,
             assets: None,
         }
@@ -206,10 +206,10 @@ impl SettingsReader<'_> {
         self.add(value.span, format!("others reach {open}, and the console {lacks}"), help);
     }
 
-    fn tokens(&mut self, value: &Spanned<Value>) -> BTreeMap<Role, PathBuf> {
+    fn tokens(&mut self, value: &Spanned<Value>) -> SortedMap<Role, PathBuf> {
         let Some(table) = value.as_table() else {
             self.add(value.span, "`tokens` is a table", "write tokens.operator = \"operator.token\"");
-            return BTreeMap::new();
+            return SortedMap::new();
         };
         let known = Role::ALL.map(Role::name);
         self.wrong.extend(self.configuration.unknown_keys(table, "in [console.tokens]", &known));

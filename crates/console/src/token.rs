@@ -1,6 +1,5 @@
 //! Tokens: a secret for each role.
 
-use std::collections::BTreeMap;
 use std::fs::{DirBuilder, OpenOptions};
 use std::io::{self, Error, ErrorKind, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
@@ -8,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slate_runtime::directory::folder;
+use slate_sorted::SortedMap;
 
 use slate_control::Role;
 
@@ -19,7 +19,7 @@ const MIN_SECRET_LENGTH: usize = 32;
 
 /// Secrets of the roles.
 #[derive(Clone)]
-pub(crate) struct Tokens(BTreeMap<Role, String>);
+pub(crate) struct Tokens(SortedMap<Role, String>);
 
 impl Tokens {
     /// Generates new secrets.
@@ -34,7 +34,7 @@ impl Tokens {
     }
 
     /// Reads the secrets in files, which only their owner may read.
-    pub fn read(files: &BTreeMap<Role, PathBuf>) -> Result<Self, (PathBuf, String)> {
+    pub fn read(files: &SortedMap<Role, PathBuf>) -> Result<Self, (PathBuf, String)> {
         let read = |(role, path): (&Role, &PathBuf)| {
             let wrong = |reason: String| (path.clone(), reason);
             let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
@@ -48,7 +48,7 @@ impl Tokens {
             }
             Ok((*role, token.to_owned()))
         };
-        let tokens: BTreeMap<Role, String> = files.iter().map(read).collect::<Result<_, _>>()?;
+        let tokens: SortedMap<Role, String> = files.iter().map(read).collect::<Result<_, _>>()?;
         for (role, token) in &tokens {
             // A secret that stands for two roles would give the lower one what the higher one may do.
             let lower = tokens.range(..role).find(|(_, other)| *other == token);
@@ -102,7 +102,7 @@ impl Tokens {
             "address": address,
             "browser": browser,
             "certificate": certificate.map(std::path::absolute).transpose()?,
-            "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
+            "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<SortedMap<_, _>>(),
         });
         // A file of a killed agent.
         let _ = std::fs::remove_file(&path);

@@ -1,6 +1,5 @@
 //! Connections of a server, their limit, and the choice of the one to close.
 
-use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind, Result};
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
+use slate_sorted::SortedMap;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::sync::Notify;
 use tokio::time::{Instant, Sleep};
@@ -34,7 +34,7 @@ pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Connections of a server.
 #[derive(Default)]
 pub struct Connections {
-    present: Mutex<(u64, BTreeMap<u64, PresentConnection>)>,
+    present: Mutex<(u64, SortedMap<u64, PresentConnection>)>,
     /// Shutdown flag, set once the agent ends.
     ends: AtomicBool,
 }
@@ -100,7 +100,7 @@ impl std::fmt::Debug for ConnectionSlot {
 }
 
 impl Connections {
-    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, PresentConnection>)> {
+    fn present(&self) -> MutexGuard<'_, (u64, SortedMap<u64, PresentConnection>)> {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -108,7 +108,7 @@ impl Connections {
     /// When all slots are taken by busy connections, it gets one that can only stop the actuators.
     pub fn admit(self: &Arc<Self>) -> ConnectionSlot {
         let mut present = self.present();
-        let of = |connections: &BTreeMap<u64, PresentConnection>, stopping: bool| {
+        let of = |connections: &SortedMap<u64, PresentConnection>, stopping: bool| {
             connections.values().filter(|connection| connection.only_stops == stopping).count()
         };
         let is_full = of(&present.1, false) >= MAX_CONNECTIONS;
@@ -170,7 +170,7 @@ impl Connections {
 }
 
 fn close_idle(
-    present: &mut BTreeMap<u64, PresentConnection>,
+    present: &mut SortedMap<u64, PresentConnection>,
     may_close: impl Fn(&PresentConnection) -> bool,
 ) -> bool {
     let candidates = present.iter().filter(|(_, connection)| may_close(connection));

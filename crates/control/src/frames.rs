@@ -1,10 +1,10 @@
 //! Frames of robots, for one client.
 
+use slate_bag::Value;
 use slate_blackboard::interface::Interface;
 use slate_blackboard::{Access, Property};
 use slate_interfaces::{Odometry, Transform};
-use slate_record::bag::Value;
-use slate_record::ros::{FrameTransform, Frames};
+use slate_ros_messages::{FrameTransform, Frames};
 
 use crate::stream::{Sample, Watcher};
 use crate::surface::ControlSurface;

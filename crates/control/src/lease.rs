@@ -1,11 +1,11 @@
 //! Control of an actuator over plain requests: a lease that ends unless renewed.
 
-use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use slate_runtime::Teleoperation;
+use slate_sorted::SortedMap;
 use tokio::time::Instant;
 
 /// Time that a lease holds unless renewed.
@@ -17,7 +17,7 @@ pub const LEASE_CHECK_PERIOD: Duration = Duration::from_millis(250);
 
 /// Leases, by names that only their holders know.
 #[derive(Default)]
-pub struct Leases(Mutex<BTreeMap<String, Lease>>);
+pub struct Leases(Mutex<SortedMap<String, Lease>>);
 
 struct Lease {
     controls: Teleoperation,
@@ -51,12 +51,12 @@ impl Leases {
     pub fn end_old(&self) {
         let now = Instant::now();
         let mut all = self.all();
-        let old: Vec<_> = all.extract_if(.., |_, lease| lease.until <= now).collect();
+        let old = all.extract_if(|_, lease| lease.until <= now);
         drop(all);
         drop(old);
     }
 
-    fn all(&self) -> MutexGuard<'_, BTreeMap<String, Lease>> {
+    fn all(&self) -> MutexGuard<'_, SortedMap<String, Lease>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

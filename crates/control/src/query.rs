@@ -1,17 +1,17 @@
 //! Query strings and percent-encoding of paths.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use crate::problem::Problem;
 
 /// Names and values, decoded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Query(BTreeMap<String, String>);
+pub struct Query(SortedMap<String, String>);
 
 impl Query {
     /// Reads a query string.
     pub fn parse(text: &str) -> Result<Self, Problem> {
-        let mut entries = BTreeMap::new();
+        let mut entries = SortedMap::new();
         for pair in text.split('&').filter(|pair| !pair.is_empty()) {
             let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
             let (name, value) = (decode(&name.replace('+', " "))?, decode(&value.replace('+', " "))?);
@@ -27,7 +27,7 @@ impl Query {
     /// Text that can't be decoded stays unchanged, and the first value of a name counts.
     pub fn parse_leniently(text: &str) -> Self {
         let decoded = |text: &str| decode(&text.replace('+', " ")).unwrap_or_else(|_| text.to_owned());
-        let mut entries = BTreeMap::new();
+        let mut entries = SortedMap::new();
         for pair in text.split('&').filter(|pair| !pair.is_empty()) {
             let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
             entries.entry(decoded(name)).or_insert_with(|| decoded(value));

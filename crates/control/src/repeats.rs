@@ -1,9 +1,9 @@
 //! Filter of repeated requests for the log.
 
-use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use slate_sorted::SortedMap;
 use tokio::time::Instant;
 
 /// Time after which the same request counts as new again.
@@ -14,7 +14,7 @@ const MAX_REQUESTS: usize = 256;
 
 /// Requests of the last seconds.
 #[derive(Default)]
-pub(crate) struct RepeatFilter(Mutex<BTreeMap<String, Instant>>);
+pub(crate) struct RepeatFilter(Mutex<SortedMap<String, Instant>>);
 
 impl RepeatFilter {
     /// Returns whether a request was not made a moment ago.

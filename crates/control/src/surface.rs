@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use serde_json::Value as Json;
 use slate_blackboard::{Board, Pattern};
 use slate_module::Level;
-use slate_record::page::Followed;
+use slate_ros_messages::Followed;
 use slate_runtime::log::Logger;
 use slate_runtime::{Agent, ExternalPorts};
 

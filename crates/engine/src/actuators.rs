@@ -4,7 +4,6 @@
 //! On the wall clock a gate decides at the present time, and not at that of the cycle, which may be long past when a step
 //! returns. The watchdog expires stale commands while no other thread does.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -14,6 +13,7 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, StopLatch, Verdict};
+use slate_sorted::SortedMap;
 
 use crate::clock::{Clock, monotonic};
 use crate::digest::Digest;
@@ -339,7 +339,7 @@ impl Actuator {
         &self,
         saved: &ActuatorSnapshot,
         board: &Board,
-        properties: &BTreeMap<String, PropertySnapshot>,
+        properties: &SortedMap<String, PropertySnapshot>,
         (rearm, now): (bool, u64),
     ) -> Result<(), BoardError> {
         let mut inner = self.locked();
@@ -460,15 +460,15 @@ impl CommandedState {
 
 /// Actuators of an agent, for callers that select one at run time.
 #[derive(Debug, Default)]
-pub struct ActuatorList(Mutex<Arc<BTreeMap<String, Arc<Actuator>>>>);
+pub struct ActuatorList(Mutex<Arc<SortedMap<String, Arc<Actuator>>>>);
 
 impl ActuatorList {
-    fn now(&self) -> Arc<BTreeMap<String, Arc<Actuator>>> {
+    fn now(&self) -> Arc<SortedMap<String, Arc<Actuator>>> {
         Arc::clone(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Makes these all that there are.
-    pub fn set(&self, actuators: BTreeMap<String, Arc<Actuator>>) {
+    pub fn set(&self, actuators: SortedMap<String, Arc<Actuator>>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(actuators);
     }
 

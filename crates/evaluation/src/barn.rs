@@ -1,9 +1,10 @@
 //! Worlds of the BARN challenge.
 //! Perille, Truong, Xiao and Stone, 2020, *Benchmarking metric ground navigation*.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+
+use slate_sorted::SortedMap;
 
 use crate::DataError;
 
@@ -30,10 +31,10 @@ pub fn read_folder(folder: &Path) -> Result<Vec<BarnWorld>, DataError> {
     let inner = folder.join("barn");
     let folder = if inner.is_dir() { &inner } else { folder };
     let file = folder.join("path_lengths.json");
-    let lengths: BTreeMap<String, f64> =
+    let lengths: SortedMap<String, f64> =
         serde_json::from_str(&read(&file)?).map_err(|error| DataError::new(&file, error.to_string()))?;
     let cylinders = folder.join("cylinders.csv");
-    let mut worlds: BTreeMap<u32, BarnWorld> = BTreeMap::new();
+    let mut worlds: SortedMap<u32, BarnWorld> = SortedMap::new();
     for (number, line) in read(&cylinders)?.lines().enumerate().skip(1) {
         let (world, middle) = parse_cylinder(line)
             .ok_or_else(|| DataError::at(&cylinders, number, "expected three columns: world, x, y"))?;

@@ -1,9 +1,8 @@
 //! Access control of Zenoh, from the rights in configurations.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use serde_json::{Value as Json, json};
 use slate_blackboard::Pattern;
+use slate_sorted::{SortedMap, SortedSet};
 use zenoh::key_expr::KeyExpr;
 
 use crate::key::{
@@ -28,7 +27,7 @@ pub fn router_access_control(agents: &Agents<'_>) -> Json {
     let named = named.flat_map(|security| security.allow.iter().filter(|(_, rights)| !rights.router));
     let names = agents.iter().map(|(name, _)| *name).chain(named.map(|(name, _)| name.as_str()));
     let mut access = AccessControl::default();
-    for name in names.collect::<BTreeSet<_>>() {
+    for name in names.collect::<SortedSet<_>>() {
         access.add_agent(name, name, agents);
     }
     access.json()
@@ -59,7 +58,7 @@ struct AccessControl {
 /// Keys by the messages that may carry them.
 #[derive(Default)]
 struct MessageKeys {
-    messages: BTreeMap<&'static str, BTreeSet<String>>,
+    messages: SortedMap<&'static str, SortedSet<String>>,
 }
 
 impl MessageKeys {

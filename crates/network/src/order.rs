@@ -1,7 +1,7 @@
 //! Numbered samples in their order, when some of them are lost on their way.
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use slate_sorted::MapEntry;
+use slate_sorted::SortedMap;
 
 /// Limit of a source's samples that wait for earlier ones, and of their bytes.
 /// Data of others must not fill the memory.
@@ -32,7 +32,7 @@ pub type SampleSource = (String, u32);
 /// Reordering of publishers' samples by their numbers, each delivered once.
 /// It knows which samples are missing.
 pub struct SampleOrder<T> {
-    sources: BTreeMap<SampleSource, SourceOrder<T>>,
+    sources: SortedMap<SampleSource, SourceOrder<T>>,
     /// Single source: all samples are of one agent.
     /// Another publisher then replaces the previous one, and is followed from its first sample on.
     is_of_agent: bool,
@@ -43,7 +43,7 @@ struct SourceOrder<T> {
     delivered: u64,
     last: u64,
     /// Samples with their bytes.
-    waiting: BTreeMap<u64, (usize, T)>,
+    waiting: SortedMap<u64, (usize, T)>,
     bytes: usize,
     /// Start of the gap, and time of the query for it, ns.
     missing: Option<u64>,
@@ -58,7 +58,7 @@ struct SourceOrder<T> {
 
 impl<T> SampleOrder<T> {
     pub fn new(is_of_agent: bool) -> Self {
-        Self { sources: BTreeMap::new(), is_of_agent }
+        Self { sources: SortedMap::new(), is_of_agent }
     }
 
     /// Takes a sample that arrived at `now`, ns, with its size in bytes.
@@ -166,7 +166,7 @@ impl<T> SampleOrder<T> {
         let order = self.sources.entry(source.clone()).or_insert_with(|| SourceOrder {
             delivered,
             last: delivered,
-            waiting: BTreeMap::new(),
+            waiting: SortedMap::new(),
             bytes: 0,
             missing: None,
             queried: None,
@@ -190,7 +190,7 @@ impl<T> SourceOrder<T> {
     /// Inserts a sample that waits for earlier ones, unless it is known.
     fn insert(&mut self, number: u64, bytes: usize, sample: T) {
         self.last = self.last.max(number);
-        let Entry::Vacant(entry) = self.waiting.entry(number) else { return };
+        let MapEntry::Vacant(entry) = self.waiting.entry(number) else { return };
         entry.insert((bytes, sample));
         self.bytes += bytes;
     }

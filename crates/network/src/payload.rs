@@ -2,7 +2,7 @@
 
 use serde_json::Value as Json;
 use slate_blackboard::interface::{Descriptor, Field, Kind, Value, View};
-use slate_record::ros;
+use slate_ros_messages as ros;
 
 use crate::attachment::{AttachmentError, SampleAttachment};
 

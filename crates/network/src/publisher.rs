@@ -7,7 +7,7 @@ use std::time::Duration;
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_blackboard::wake::Wake;
-use slate_record::ros;
+use slate_ros_messages as ros;
 use zenoh::bytes::Encoding;
 use zenoh::matching::{MatchingListener, MatchingStatus};
 use zenoh::pubsub::Publisher;

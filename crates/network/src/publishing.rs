@@ -1,11 +1,11 @@
 //! Publication of an agent's properties.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::{Event, Observer, Pattern, Property, Stamp, Watching};
 use slate_module::Level;
-use slate_record::ros;
+use slate_ros_messages as ros;
+use slate_sorted::SortedMap;
 use zenoh::bytes::Encoding;
 
 use crate::error::NetworkError;
@@ -23,7 +23,7 @@ const MAX_EVENTS: usize = 256;
 /// It belongs to the network's thread.
 pub struct Publishing {
     shared: Arc<NetworkShared>,
-    exports: BTreeMap<String, PublishedProperty>,
+    exports: SortedMap<String, PublishedProperty>,
     /// Outputs at the keys that links name, by the paths of their properties.
     outputs: Vec<(String, PublishedProperty)>,
     observer: Observer,
@@ -62,7 +62,7 @@ impl Publishing {
             Ok((output.property.clone(), export))
         });
         let outputs = outputs.collect::<Result<_, NetworkError>>()?;
-        let mut publishing = Self { shared, exports: BTreeMap::new(), outputs, observer, missed: 0 };
+        let mut publishing = Self { shared, exports: SortedMap::new(), outputs, observer, missed: 0 };
         publishing.refresh()?;
         Ok(publishing)
     }
@@ -82,7 +82,7 @@ impl Publishing {
     }
 
     fn refresh(&mut self) -> Result<(), NetworkError> {
-        let published: BTreeMap<_, _> =
+        let published: SortedMap<_, _> =
             self.shared.published().map(|property| (property.path().to_owned(), property)).collect();
         for (path, export) in &mut self.exports {
             export.follow(published.get(path));

@@ -8,7 +8,7 @@ use slate_blackboard::{Access, Property, nearest_paths};
 use slate_control::operations::by_name;
 use slate_control::{Caller, Connections, Dispatcher, OperationAnswer, Problem, Role, of_interface};
 use slate_module::encode_interface;
-use slate_record::ros;
+use slate_ros_messages as ros;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use zenoh::Wait;
@@ -290,7 +290,7 @@ impl Answerer {
     }
 
     fn schemas(&self, query: &Query) {
-        let mut answered = std::collections::BTreeSet::new();
+        let mut answered = slate_sorted::SortedSet::new();
         for property in self.listed() {
             let descriptor = property.descriptor();
             let Ok(key) = KeyExpr::try_from(schema_key(self.agent(), descriptor.name)) else { continue };

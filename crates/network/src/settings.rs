@@ -3,11 +3,10 @@
 mod reading;
 mod security;
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::Pattern;
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+use slate_sorted::SortedMap;
 
 use crate::endpoint::NetworkEndpoint;
 
@@ -51,7 +50,7 @@ pub struct NetworkSettings {
     /// Properties that others set or send messages to; none unless said.
     pub set: Vec<Pattern>,
     /// Inputs that read from the network, by path.
-    pub read: BTreeMap<String, NetworkInput>,
+    pub read: SortedMap<String, NetworkInput>,
     /// Properties that are published at keys which links name.
     pub write: Vec<NetworkOutput>,
     /// Place of the setting that shares team facts over the network.
@@ -97,7 +96,7 @@ impl Default for NetworkSettings {
             multicast: false,
             publish: None,
             set: Vec::new(),
-            read: BTreeMap::new(),
+            read: SortedMap::new(),
             write: Vec::new(),
             team: None,
             security: None,

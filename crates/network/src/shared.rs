@@ -1,6 +1,5 @@
 //! Shared state of all parts of an agent's network.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -8,6 +7,7 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Property};
 use slate_control::ControlSurface;
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 use zenoh::Session;
 
 use crate::error::NetworkError;
@@ -22,14 +22,14 @@ pub struct NetworkShared {
     pub wake: Arc<Wake>,
     pub ended: AtomicBool,
     /// Streams requested since the network thread's last pass, and the number open.
-    pub wanted: Mutex<BTreeSet<StreamName>>,
+    pub wanted: Mutex<SortedSet<StreamName>>,
     pub streams: Mutex<usize>,
     /// Agents on the network.
-    pub agents: Mutex<BTreeSet<String>>,
+    pub agents: Mutex<SortedSet<String>>,
     /// Agents with certificates that the settings do not name, already logged.
-    pub strangers: Mutex<BTreeSet<String>>,
+    pub strangers: Mutex<SortedSet<String>>,
     /// Rejections that were logged, each with its time, ns.
-    pub rejections: Mutex<BTreeMap<String, u64>>,
+    pub rejections: Mutex<SortedMap<String, u64>>,
 }
 
 impl NetworkShared {

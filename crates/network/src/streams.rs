@@ -1,12 +1,12 @@
 //! Streams to readers with options.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use slate_blackboard::channel::{Policy, QueueReader, Start};
 use slate_blackboard::{Property, Watching};
 use slate_module::Level;
+use slate_sorted::SortedMap;
 use zenoh::bytes::Encoding;
 
 use crate::error::NetworkError;
@@ -28,7 +28,7 @@ pub const MAX_STREAMS: usize = 1024;
 /// It belongs to the network's thread.
 pub struct Streams {
     shared: Arc<NetworkShared>,
-    open: BTreeMap<StreamName, Stream>,
+    open: SortedMap<StreamName, Stream>,
 }
 
 struct Stream {
@@ -55,7 +55,7 @@ struct StreamSource {
 
 impl Streams {
     pub fn new(shared: Arc<NetworkShared>) -> Self {
-        Self { shared, open: BTreeMap::new() }
+        Self { shared, open: SortedMap::new() }
     }
 
     /// Opens requested streams, sends due values and closes unread streams.

@@ -1,10 +1,10 @@
 //! Knowledge of a team over the network.
 
-use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
 use slate_module::Level;
 use slate_runtime::sharing::{TeamCarrier, TeamExchange};
+use slate_sorted::SortedSet;
 use zenoh::bytes::Encoding;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -32,7 +32,7 @@ pub struct NetworkTeam {
 struct TeamPeers {
     shared: Arc<NetworkShared>,
     exchange: Arc<dyn TeamExchange>,
-    present: Mutex<BTreeSet<String>>,
+    present: Mutex<SortedSet<String>>,
 }
 
 /// Sends messages to other agents of the team.

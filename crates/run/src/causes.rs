@@ -1,7 +1,6 @@
 //! Causes of standing robots.
 //! Sensors that stopped or never measured, blocks that are switched off or fail, Plans that send nothing.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Descriptor, Interface, Kind, Value};
@@ -9,6 +8,7 @@ use slate_blackboard::{Access, Board, Property};
 use slate_interfaces::SensorAccuracy;
 use slate_mapek::{ExecuteStatus, RobotModel};
 use slate_runtime::{Composer, LinkStatus};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::observation::value;
 use crate::warnings::{RunWarning, Warnings};
@@ -22,7 +22,7 @@ const MAX_AGE: u64 = 1_000_000_000;
 /// their mission, with their newest warnings. `None` without any.
 pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&Warnings>) -> Option<String> {
     let end = EndOfRun::new(composer, board, failure);
-    let (mut causes, mut lost) = (Vec::new(), BTreeSet::new());
+    let (mut causes, mut lost) = (Vec::new(), SortedSet::new());
     let properties = board.properties();
     for property in &properties {
         if let Some(field) = robot_model_of(property.descriptor())
@@ -52,7 +52,7 @@ struct EndOfRun<'a> {
     board: &'a Board,
     links: Vec<LinkStatus>,
     /// Condition of each module, and the dependency that it waits for.
-    modules: BTreeMap<String, (&'static str, Option<String>)>,
+    modules: SortedMap<String, (&'static str, Option<String>)>,
     /// Warnings of a run that has failed.
     failure: Option<&'a Warnings>,
 }
@@ -89,7 +89,7 @@ impl<'a> EndOfRun<'a> {
         else {
             return true;
         };
-        let mut listed = BTreeSet::new();
+        let mut listed = SortedSet::new();
         let pose = match newest {
             None if property.access() != Access::Output || !property.has_writer() => return true,
             None => Some("never a pose".to_owned()),
@@ -192,7 +192,7 @@ impl<'a> EndOfRun<'a> {
 
     /// Adds the causes that keep the robot of an Execute from acting.
     /// `status` is that of the Execute; blocks of the robots in `lost` wait for a pose.
-    fn add_blocks(&self, status: &Arc<Property>, lost: &BTreeSet<&str>, causes: &mut Vec<String>) {
+    fn add_blocks(&self, status: &Arc<Property>, lost: &SortedSet<&str>, causes: &mut Vec<String>) {
         let Some(execute) = self.module_of(status.path()) else { return };
         let robot = robot_of(execute);
         let inbox = format!("{execute}/plan");

@@ -24,7 +24,7 @@ pub enum RunError {
     Start(StartError),
     /// The report can't be written.
     #[error("{0}")]
-    Report(#[from] slate_record::Error),
+    Report(#[from] slate_report::Error),
     /// The recording is incomplete.
     #[error("{0}")]
     Record(#[from] slate_record::RecordError),

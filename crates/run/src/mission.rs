@@ -1,6 +1,5 @@
 //! Run of an application from start to verdict.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,13 +7,15 @@ use std::time::Instant;
 
 use slate_blackboard::interface::Value;
 use slate_module::Level;
-use slate_record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
+use slate_record::{RecordError, Recorded, Recorder};
+use slate_report::{Outcome, Scene, Summary, Trajectory, TrajectoryStream};
 use slate_runtime::configuration::Subscription;
 use slate_runtime::log::LogTarget;
 use slate_runtime::memory::MemoryError;
 use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, Control, Cycle, End, Options, Rate};
 use slate_share::agent::AgentSharing;
+use slate_sorted::SortedMap;
 
 use crate::Application;
 use crate::RunError;
@@ -51,7 +52,7 @@ pub struct Finished {
 
 /// Returns fingerprints of the modules' memory files.
 /// They are conditions of the run.
-fn memories(agent: &Agent) -> BTreeMap<String, String> {
+fn memories(agent: &Agent) -> SortedMap<String, String> {
     let text = |began: Option<u64>| began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}"));
     agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
 }
@@ -218,8 +219,8 @@ impl MissionRun {
     fn add_routes(
         &self,
         first: &str,
-        figures: &mut BTreeMap<String, f64>,
-        robots: &mut BTreeMap<String, BTreeMap<String, f64>>,
+        figures: &mut SortedMap<String, f64>,
+        robots: &mut SortedMap<String, SortedMap<String, f64>>,
     ) {
         for (robot, routes) in self.course.routes() {
             let of_first = robot == first || first.is_empty();
@@ -301,7 +302,7 @@ impl MissionRun {
         let [time_to_goal, path_length, shortest_path, minimum_clearance, collisions, collisions_caused] =
             standard;
         let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);
-        let mut robots: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+        let mut robots: SortedMap<_, SortedMap<_, _>> = SortedMap::new();
         for metrics in judged {
             // Another referee's measurement of the same robot is a further figure.
             match metrics.robot == first {
@@ -347,7 +348,7 @@ impl MissionRun {
     }
 
     /// Returns the conditions of the figures of a run that has ended at a time.
-    fn conditions(&self, now: u64) -> BTreeMap<String, String> {
+    fn conditions(&self, now: u64) -> SortedMap<String, String> {
         let mut conditions = scene::conditions(&self.application.configuration);
         conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
         conditions.extend(self.course.memories());

@@ -1,14 +1,14 @@
 //! Observed data of a run: robots, routes, actions, clearance.
 //! They are read from the blackboard at the URLs that the configuration's `[report]` names.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Field, Value, View};
 use slate_blackboard::{Property, is_within};
-use slate_record::{Outcome, Route, Sample};
+use slate_report::{Outcome, Route, Sample};
 use slate_runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
 use slate_runtime::{ErrorCode, Message, PropertyFacts, PropertyIndex};
+use slate_sorted::SortedMap;
 
 use crate::RunError;
 
@@ -50,9 +50,9 @@ pub struct JudgeMetrics {
     /// Name of the robot, or that of the judge if it names no robot.
     pub robot: String,
     /// Figures by the names of the judge's interface.
-    pub figures: BTreeMap<String, f64>,
+    pub figures: SortedMap<String, f64>,
     /// Units of the figures.
-    pub units: BTreeMap<String, String>,
+    pub units: SortedMap<String, String>,
 }
 
 /// Judge's verdict.
@@ -287,7 +287,7 @@ impl Judged<Arc<Property>> {
         let robot = self.robot.as_ref().and_then(value);
         let robot = robot.as_ref().and_then(|params| params.get("robot")?.as_str()).unwrap_or(&self.judge);
         let mut metrics =
-            JudgeMetrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
+            JudgeMetrics { robot: robot.to_owned(), figures: SortedMap::new(), units: SortedMap::new() };
         for Field { name, unit, .. } in self.metrics.descriptor().fields {
             // A figure that does not apply is NaN.
             let number = measured.get(name).and_then(Value::as_f64).filter(|number| number.is_finite());

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use slate_control::{ControlSurface, Server};
-use slate_record::{Recorded, Report};
+use slate_record::Recorded;
+use slate_report::Report;
 use slate_runtime::Rate;
 use slate_runtime::log::LogTarget;
 use slate_runtime::snapshot::Snapshot;

@@ -1,15 +1,15 @@
 //! History of a run.
 //! Snapshots contain it, so that the report of a resumed run is complete.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
-use slate_record::{RouteTally, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
+use slate_report::{RouteTally, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
 use slate_runtime::Cycle;
 use slate_runtime::configuration::{Configuration, Variant};
 use slate_runtime::snapshot::{ApplicationState, Snapshot};
+use slate_sorted::SortedMap;
 
 use crate::observation::Observation;
 
@@ -26,16 +26,16 @@ struct RunState {
     name: String,
     /// Memories that the modules began with; a resumed run keeps those of the first.
     #[serde(default)]
-    memories: BTreeMap<String, String>,
+    memories: SortedMap<String, String>,
     /// Cycles made, and the time of the last one.
     cycles: u64,
     now: u64,
     /// Chosen variants, by choice: those at the start, and changes since.
     #[serde(default)]
-    variants: BTreeMap<String, Vec<ChosenVariant>>,
+    variants: SortedMap<String, Vec<ChosenVariant>>,
     /// Use of the routes by robots that have them.
     #[serde(default)]
-    routes: BTreeMap<String, RouteTally>,
+    routes: SortedMap<String, RouteTally>,
     #[serde(flatten)]
     trajectory: ThinnedTrajectory,
 }
@@ -50,13 +50,13 @@ struct ChosenVariant {
 impl RunHistory {
     /// Creates the history at the start of a run.
     /// `memories` are the memories of its modules.
-    pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
+    pub fn new(name: &str, memories: SortedMap<String, String>) -> Self {
         let state = RunState { name: name.into(), memories, ..RunState::default() };
         Self(Arc::new(Mutex::new(state)))
     }
 
     /// Returns the memories that the modules began with.
-    pub fn memories(&self) -> BTreeMap<String, String> {
+    pub fn memories(&self) -> SortedMap<String, String> {
         self.state().memories.clone()
     }
 
@@ -73,7 +73,7 @@ impl RunHistory {
 
     /// Returns the choices whose variant has changed during the run.
     /// Each has the variant of the start, and each later one with its time.
-    pub fn changed_variants(&self) -> BTreeMap<String, String> {
+    pub fn changed_variants(&self) -> SortedMap<String, String> {
         let state = self.state();
         let changed = state.variants.iter().filter(|(_, chosen)| chosen.len() > 1);
         let text = |chosen: &[ChosenVariant]| {
@@ -118,7 +118,7 @@ impl RunHistory {
     }
 
     /// Returns the use of the routes, by robot.
-    pub fn routes(&self) -> BTreeMap<String, RouteTally> {
+    pub fn routes(&self) -> SortedMap<String, RouteTally> {
         self.state().routes.clone()
     }
 

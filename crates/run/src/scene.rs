@@ -1,14 +1,13 @@
 //! Robots and their surroundings, for the pictures of the report.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_blackboard::interface::Value;
 use slate_module::math;
-use slate_record::{Bounds, Cone, Goal, Polygon, Robot, Scene};
+use slate_report::{Bounds, Cone, Goal, Polygon, Robot, Scene};
 use slate_runtime::configuration::{Configuration, Value as Setting, Variant};
 use slate_sim::geometry::{Point, Pose};
 use slate_sim::robot::{DriveDescription, RobotDescription};
 use slate_sim::{MovingBodies, Placement, Scenario};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::RunError;
 
@@ -83,7 +82,7 @@ fn world(configuration: &Configuration) -> Result<Scene, RunError> {
 pub fn files(configuration: &Configuration) -> Vec<(String, Vec<u8>)> {
     // An empty table is one.
     let settings = configuration.settings("world").unwrap_or_default();
-    let names: BTreeSet<String> = settings
+    let names: SortedSet<String> = settings
         .iter()
         .filter_map(|setting| setting.value.as_str())
         .filter(|name| name.ends_with(".toml"))
@@ -166,15 +165,15 @@ fn wheels(description: &RobotDescription, axles: &[f64]) -> Vec<[[f64; 2]; 2]> {
 }
 
 /// Returns the conditions of a run, without which its figures have no meaning.
-pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
-    let mut conditions = BTreeMap::new();
+pub fn conditions(configuration: &Configuration) -> SortedMap<String, String> {
+    let mut conditions = SortedMap::new();
     let text =
         |path: &str| configuration.value(path).and_then(|value| value.value.as_str()).map(str::to_owned);
     if let Some(layout) = text("world.layout") {
         conditions.insert("layout".into(), layout);
     }
     if let Ok(Some(scenario)) = scenario(configuration) {
-        let profiles: BTreeSet<_> = scenario.placements.iter().map(|placement| &placement.sonar).collect();
+        let profiles: SortedSet<_> = scenario.placements.iter().map(|placement| &placement.sonar).collect();
         let named: Vec<_> = profiles.into_iter().filter(|name| !name.is_empty()).cloned().collect();
         if !named.is_empty() {
             conditions.insert("sensor_profile".into(), named.join(", "));

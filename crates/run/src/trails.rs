@@ -1,6 +1,5 @@
 //! Trails of a run's robots with their routes, for displays that open later.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -8,7 +7,8 @@ use std::time::Duration;
 
 use serde::Serialize;
 use serde_json::{Value, json};
-use slate_record::Route;
+use slate_report::Route;
+use slate_sorted::SortedMap;
 
 use crate::observation::Observation;
 
@@ -74,7 +74,7 @@ impl Trail {
     }
 }
 
-type SharedTrails = Arc<Mutex<BTreeMap<String, Trail>>>;
+type SharedTrails = Arc<Mutex<SortedMap<String, Trail>>>;
 
 /// Trail recorder of the robots, until dropped.
 /// It reads as tools do, so the run never waits for it.
@@ -115,11 +115,11 @@ impl Drop for Trails {
     }
 }
 
-fn locked(all: &Mutex<BTreeMap<String, Trail>>) -> MutexGuard<'_, BTreeMap<String, Trail>> {
+fn locked(all: &Mutex<SortedMap<String, Trail>>) -> MutexGuard<'_, SortedMap<String, Trail>> {
     all.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn extend_trails(observation: &Observation, time: u64, all: &mut BTreeMap<String, Trail>) {
+fn extend_trails(observation: &Observation, time: u64, all: &mut SortedMap<String, Trail>) {
     for robot in &observation.robots {
         let Some(now) = robot.now() else { continue };
         let trail = all.entry(robot.name.clone()).or_default();

@@ -1,9 +1,8 @@
 //! Modules of a run that still wait for a required input.
 
-use std::collections::BTreeMap;
-
 use slate_module::Level;
 use slate_runtime::{Agent, Composer, ModuleStatus};
+use slate_sorted::SortedMap;
 
 /// Time after which a run reports modules that still wait, ns of the agent's time.
 const REPORT_DELAY: u64 = 2_000_000_000;
@@ -13,7 +12,7 @@ pub struct UnfedInputs {
     composer: Composer,
     /// Source of each linked input at the start of the run.
     /// A link is not looked up later: a change of the agent may wait for the cycle that asks.
-    sources: BTreeMap<String, String>,
+    sources: SortedMap<String, String>,
     /// Time of the report, ns of the agent's time; unknown before the first cycle.
     due: Option<u64>,
     is_reported: bool,

@@ -1,10 +1,10 @@
 //! Newest warnings of a run, by module.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_module::Level;
 use slate_runtime::log::{LogTarget, Record};
+use slate_sorted::SortedMap;
 
 /// Maximum number of warnings in the end message of a run.
 const MAX_WARNINGS: usize = 3;
@@ -21,7 +21,7 @@ pub struct RunWarning {
 /// Target of the log that keeps the newest warning or error of each module.
 #[derive(Clone, Default)]
 pub struct Warnings {
-    kept: Arc<Mutex<BTreeMap<Arc<str>, RunWarning>>>,
+    kept: Arc<Mutex<SortedMap<Arc<str>, RunWarning>>>,
 }
 
 impl Warnings {
@@ -32,7 +32,7 @@ impl Warnings {
         all.split_off(all.len().saturating_sub(MAX_WARNINGS))
     }
 
-    fn kept(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, RunWarning>> {
+    fn kept(&self) -> MutexGuard<'_, SortedMap<Arc<str>, RunWarning>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,7 +1,6 @@
 //! Interface between the runtime and the transport of values between agents.
 //! The runtime states its demand, and the transport reports the available properties and mailboxes.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -9,6 +8,7 @@ use slate_blackboard::interface::{AccessError, Descriptor, Value, View, find};
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Stamp};
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 
 pub use slate_composition::RemotePath;
 pub use slate_configuration::{Compression, TEAM, is_topic};
@@ -29,12 +29,12 @@ pub trait Sharing: Send {
 
     /// Sets this agent's demand from other agents.
     /// It replaces the earlier demand.
-    fn set_demands(&mut self, demands: BTreeMap<RemotePath, RemoteDemand>);
+    fn set_demands(&mut self, demands: SortedMap<RemotePath, RemoteDemand>);
 
     /// Schemes of endpoints that can carry values, such as `local`.
     /// Any name is valid if the set is empty.
-    fn carriers(&self) -> BTreeSet<String> {
-        BTreeSet::new()
+    fn carriers(&self) -> SortedSet<String> {
+        SortedSet::new()
     }
 
     /// True if values can be compressed as JPEG.
@@ -357,7 +357,7 @@ pub struct Site {
     /// Endpoints that this agent listens at; may be empty.
     pub listen: Vec<String>,
     /// Endpoints of other agents, by name; the default is `local:NAME`.
-    pub agents: BTreeMap<String, String>,
+    pub agents: SortedMap<String, String>,
     /// Knowledge that the agent shares; `None` outside of a team.
     pub knowledge: Option<SharedKnowledge>,
     /// Authentication and permissions; `None` allows every client everything.

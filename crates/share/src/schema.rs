@@ -1,10 +1,10 @@
 //! Interfaces of other agents, within memory limits.
 
-use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Refusal, decode_interface};
+use slate_sorted::SortedSet;
 
 /// Memory limit for interfaces from other agents, bytes.
 /// Descriptors stay for as long as the process, as values and readers refer to them.
@@ -14,7 +14,7 @@ const MAX_MEMORY: usize = 8 << 20;
 const MAX_INTERFACE_SIZE: usize = 256 << 10;
 
 /// Received interfaces, each counted once, and their total size, bytes.
-static KNOWN_INTERFACES: Mutex<(BTreeSet<Vec<u8>>, usize)> = Mutex::new((BTreeSet::new(), 0));
+static KNOWN_INTERFACES: Mutex<(SortedSet<Vec<u8>>, usize)> = Mutex::new((SortedSet::new(), 0));
 
 /// Decodes an interface that another agent has described.
 ///

@@ -5,7 +5,6 @@
 
 use crate::agents;
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
@@ -19,6 +18,7 @@ use slate_runtime::sharing::About;
 use slate_share::carrier::tls::Tls;
 use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::peers::{Notice, PeerEvent, Setup};
+use slate_sorted::SortedMap;
 
 const HOUR: Duration = Duration::from_secs(3600);
 
@@ -80,7 +80,7 @@ fn files_that_are_of_no_use_are_refused() {
 fn agent(says: &str, certificate: &Certificate, is: &str, authority: &Authority) -> Setup {
     let credentials = certificate.load(&authority.certificate, is).unwrap();
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
-    Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup(says) }
+    Setup { carriers: SortedMap::from([("tls".into(), tls)]), ..setup(says) }
 }
 
 fn reason(agent: &Agent, of: &str) -> String {
@@ -155,7 +155,7 @@ fn a_certificate_of_another_authority_is_refused() {
     std::fs::write(&both, texts.concat()).unwrap();
     let credentials = mixed.load(&both, "arm").unwrap();
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
-    let arm = Agent::start(Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup("arm") });
+    let arm = Agent::start(Setup { carriers: SortedMap::from([("tls".into(), tls)]), ..setup("arm") });
     arm.peers.connect("base", &at).unwrap();
     wait_for("a reason", || !reason(&arm, "base").is_empty());
     assert!(
@@ -169,7 +169,7 @@ fn a_certificate_of_another_authority_is_refused() {
     let rude = theirs.sign("ev\u{1b}[31m\nil");
     let credentials = rude.load(&both, "ev\u{1b}[31m\nil").unwrap();
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
-    let rude = Agent::start(Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup("rude") });
+    let rude = Agent::start(Setup { carriers: SortedMap::from([("tls".into(), tls)]), ..setup("rude") });
     rude.peers.connect("base", &at).unwrap();
     wait_for("a name that can be printed", || rejected(&base, "`ev\\u{1b}[31m\\nil`") > 0);
     // And the other way round.
@@ -278,7 +278,7 @@ fn foreign_peer_is_reported_once_and_blocks_no_other() {
     std::fs::write(&both, texts.concat()).unwrap();
     let credentials = theirs.sign("leg").load(&both, "leg").unwrap();
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
-    let leg = Agent::start(Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup("leg") });
+    let leg = Agent::start(Setup { carriers: SortedMap::from([("tls".into(), tls)]), ..setup("leg") });
     leg.peers.connect("base", &at).unwrap();
     let arm = Agent::start(agent("arm", &ours.sign("arm"), "arm", &ours));
     arm.peers.connect("base", &at).unwrap();

@@ -409,7 +409,7 @@ fn tables_of_different_facts_have_different_numbers() {
 
 /// Two names that have the same number.
 fn alike() -> (String, String) {
-    let mut known = std::collections::BTreeMap::new();
+    let mut known = slate_sorted::SortedMap::new();
     (0..)
         .find_map(|i| Some((known.insert(robot_number(&format!("r{i}")), i)?, i)))
         .map(|(one, other)| (format!("r{one}"), format!("r{other}")))

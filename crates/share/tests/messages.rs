@@ -42,7 +42,7 @@ fn messages(limits: Limits) -> Vec<Vec<u8>> {
             break;
         }
     }
-    let kinds: std::collections::BTreeSet<u8> = messages.iter().map(|message| message[1]).collect();
+    let kinds: slate_sorted::SortedSet<u8> = messages.iter().map(|message| message[1]).collect();
     assert_eq!(kinds.into_iter().collect::<Vec<_>>(), [0, 1, 2], "a digest, a request and parts of lives");
     messages
 }

@@ -3,7 +3,6 @@
 
 use crate::agents;
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -16,13 +15,14 @@ use slate_share::carrier::Carrier;
 use slate_share::carrier::local::Local;
 use slate_share::peers::{Allowance, Notice, PeerEvent, Rights, Setup, Status, WantedProperty};
 use slate_share::session::{Application, DeliveryStatus, Event, Identity, Limits, Options, Session};
+use slate_sorted::SortedMap;
 
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
     let patterns = |texts: &[&str]| texts.iter().map(|text| Pattern::parse(text).unwrap()).collect();
     let each = agents.iter().map(|(agent, read, send)| {
         ((*agent).to_owned(), Allowance { read: patterns(read), send: patterns(send), team: false })
     });
-    Rights::restricted(each.collect::<BTreeMap<_, _>>())
+    Rights::restricted(each.collect::<SortedMap<_, _>>())
 }
 
 #[test]

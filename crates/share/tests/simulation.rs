@@ -2,7 +2,6 @@
 //! time is virtual and all chance comes from a seed, so what is found can be found again.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Policy, QueueReader, Start, Writer};
@@ -12,6 +11,7 @@ use slate_blackboard::{Access, Board, Store};
 use slate_module::{Interface, interface};
 use slate_share::peers::{Peer, WantedProperty};
 use slate_share::session::{Identity, Limits, Options};
+use slate_sorted::SortedMap;
 
 /// Which start of its agent wrote a value, and which of its values it is.
 #[interface]
@@ -54,7 +54,7 @@ struct Agent {
     value: Writer,
     queue: Writer,
     written: u64,
-    peers: BTreeMap<usize, Other>,
+    peers: SortedMap<usize, Other>,
 }
 
 /// Another agent, and what was seen of it here.
@@ -174,7 +174,7 @@ struct World {
     chance: Chance,
     now: u64,
     agents: Vec<Agent>,
-    packets: BTreeMap<(u64, u64), (usize, usize, Vec<u8>)>,
+    packets: SortedMap<(u64, u64), (usize, usize, Vec<u8>)>,
     sent: u64,
     weather: Weather,
     /// Agents up to this one do not reach the others.
@@ -186,7 +186,7 @@ impl World {
         let mut chance = Chance(seed);
         let hour = 3_600_000 * MILLISECOND;
         let agents = (0..count).map(|own| Agent::new(own, count, 1, chance.below(12) * hour)).collect();
-        Self { chance, now: 0, agents, packets: BTreeMap::new(), sent: 0, weather, cut: 0 }
+        Self { chance, now: 0, agents, packets: SortedMap::new(), sent: 0, weather, cut: 0 }
     }
 
     fn run(&mut self, milliseconds: u64, writes_percent: u64) {
@@ -203,10 +203,8 @@ impl World {
     }
 
     fn deliver(&mut self) {
-        while let Some(entry) = self.packets.first_entry()
-            && entry.key().0 <= self.now
-        {
-            let (from, to, packet) = entry.remove();
+        while self.packets.first_key_value().is_some_and(|(key, _)| key.0 <= self.now) {
+            let (_, (from, to, packet)) = self.packets.pop_first().unwrap();
             let agent = &mut self.agents[to];
             let other = agent.peers.get_mut(&from).unwrap();
             other.peer.receive(self.now + agent.skew, &packet, None);

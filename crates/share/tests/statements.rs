@@ -119,7 +119,7 @@ fn each_retraction_has_its_turn_where_there_is_little_room() {
     // Two thousand of an earlier life, of which this block knows nothing.
     say(&mut agent, 0, 2000, false);
     assert_eq!(agent.board().read("keeper/accepted/count").unwrap().unwrap().0, Value::Integer(1024));
-    let mut seen = std::collections::BTreeSet::new();
+    let mut seen = slate_sorted::SortedSet::new();
     // As often as the forwarder polls.
     for _ in 0..90 {
         seen.extend(found(&agent).0);

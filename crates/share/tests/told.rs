@@ -132,7 +132,7 @@ proptest! {
             team[i - 1].add_neighbor(names[i]).unwrap();
         }
         let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
-        let mut wanted = std::collections::BTreeMap::new();
+        let mut wanted = slate_sorted::SortedMap::new();
         for (at, (robot, key, retracts)) in words.iter().enumerate() {
             let key = key.to_string();
             if *retracts {
@@ -149,7 +149,7 @@ proptest! {
         for member in &team {
             let known = member.known();
             let known = known.get("places").into_iter().flatten();
-            let known: std::collections::BTreeMap<_, _> = known
+            let known: slate_sorted::SortedMap<_, _> = known
                 .map(|known| ((known.key.to_owned(), known.robot.clone()), known.fact.statement.value.to_vec()))
                 .collect();
             prop_assert_eq!(&known, &wanted);

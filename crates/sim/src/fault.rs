@@ -1,8 +1,7 @@
 //! Scripted faults of sensors, equal in all runs.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use crate::error::{key, unknown};
 use crate::world::DescriptionError;
@@ -99,10 +98,10 @@ fn half_a_second() -> f64 {
 /// # Errors
 /// The invalid setting, and the expectation.
 pub(crate) fn read(
-    table: &BTreeMap<String, serde_json::Value>,
-    sensors: &BTreeMap<String, Vec<FaultySensor>>,
-) -> Result<BTreeMap<String, Vec<Fault>>, DescriptionError> {
-    let mut faults: BTreeMap<String, Vec<(&str, Fault)>> = BTreeMap::new();
+    table: &SortedMap<String, serde_json::Value>,
+    sensors: &SortedMap<String, Vec<FaultySensor>>,
+) -> Result<SortedMap<String, Vec<Fault>>, DescriptionError> {
+    let mut faults: SortedMap<String, Vec<(&str, Fault)>> = SortedMap::new();
     for (name, entry) in table {
         let path = format!("world.faults.{}", key(name));
         let wrong = |key: &str, message: String| Err(DescriptionError::new(&format!("{path}{key}"), message));

@@ -1,11 +1,10 @@
 //! Random layouts of robots and obstacles.
 //! Either a box near the robot's straight path and a wandering robot between, or robots anywhere.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{cos, sin, wrap_angle};
+use slate_sorted::SortedMap;
 
 use crate::error::{DescriptionError, key, unknown};
 use crate::geometry::{Point, Polygon, Pose};
@@ -16,7 +15,7 @@ use crate::world::{Body, World};
 #[serde(deny_unknown_fields)]
 pub struct Layout {
     /// Poses of the robots.
-    pub robots: BTreeMap<String, Pose>,
+    pub robots: SortedMap<String, Pose>,
     /// Bodies in addition to those of the arena.
     #[serde(default)]
     pub bodies: Vec<Body>,
@@ -71,7 +70,7 @@ impl Layout {
         &self,
         setting: &str,
         world: &World,
-        outlines: &BTreeMap<String, Polygon>,
+        outlines: &SortedMap<String, Polygon>,
         seed: u64,
     ) -> Result<Self, DescriptionError> {
         if self.start_offset == StartOffset::default() {
@@ -79,7 +78,7 @@ impl Layout {
         }
         let bodies = world.bodies.iter().chain(&self.bodies);
         let mut taken: Vec<Polygon> = bodies.filter_map(Body::polygon).collect();
-        let mut robots = BTreeMap::new();
+        let mut robots = SortedMap::new();
         for (name, pose) in &self.robots {
             // A stream for each, so that one more robot moves no other.
             let mut random = Random::new(seed, &format!("layout/{name}"));
@@ -130,7 +129,7 @@ const MAX_ATTEMPTS: usize = 10_000;
 #[serde(deny_unknown_fields)]
 pub struct Scattered {
     /// Start area of each robot: minimum x, maximum x, minimum y, maximum y, m.
-    pub robots: BTreeMap<String, [f64; 4]>,
+    pub robots: SortedMap<String, [f64; 4]>,
     /// Clearance of a robot at the start, m.
     pub clearance: f64,
     /// Clearance between two robots at the start, m.
@@ -158,8 +157,8 @@ impl Scattered {
     pub fn lay_out(
         &self,
         world: &World,
-        outlines: &BTreeMap<String, Polygon>,
-        goals: &BTreeMap<String, Vec<Point>>,
+        outlines: &SortedMap<String, Polygon>,
+        goals: &SortedMap<String, Vec<Point>>,
         random: &mut Random,
     ) -> Result<Layout, DescriptionError> {
         if let Some(name) = self.robots.keys().find(|name| !outlines.contains_key(*name)) {
@@ -168,7 +167,7 @@ impl Scattered {
         }
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
         for _ in 0..MAX_ATTEMPTS {
-            let mut robots = BTreeMap::new();
+            let mut robots = SortedMap::new();
             let mut bodies: Vec<Polygon> = Vec::new();
             for (name, [west, east, south, north]) in &self.robots {
                 let pose = Pose {
@@ -226,7 +225,7 @@ impl ObstructedWay {
     pub fn lay_out(
         &self,
         world: &World,
-        outlines: &BTreeMap<String, Polygon>,
+        outlines: &SortedMap<String, Polygon>,
         goal: Point,
         random: &mut Random,
     ) -> Result<Layout, DescriptionError> {
@@ -271,7 +270,7 @@ impl ObstructedWay {
             {
                 continue;
             }
-            let robots = BTreeMap::from([(self.robot.clone(), start), (self.disturber.clone(), other)]);
+            let robots = SortedMap::from([(self.robot.clone(), start), (self.disturber.clone(), other)]);
             let bodies = vec![Body::rectangle("box", [center.x, center.y], [self.box_size; 2])];
             return Ok(Layout { robots, bodies, ..Layout::default() });
         }
@@ -279,7 +278,7 @@ impl ObstructedWay {
     }
 }
 
-fn no_robot(setting: &str, name: &str, outlines: &BTreeMap<String, Polygon>) -> DescriptionError {
+fn no_robot(setting: &str, name: &str, outlines: &SortedMap<String, Polygon>) -> DescriptionError {
     DescriptionError::new(setting, unknown("robot", name, outlines.keys().map(String::as_str)))
 }
 

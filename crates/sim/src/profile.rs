@@ -1,7 +1,7 @@
 //! Selection of a robot's sensor profiles.
 //! Keys of the world and of the robot's own entry select them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::error::{DescriptionError, unknown};
 use crate::robot::RobotDescription;
@@ -107,7 +107,7 @@ impl<'a> Profiles<'a> {
 
 /// Returns whether a key applies to a kind of sensor with these profiles.
 /// A key of the world, or a general one, does not apply to robots without such a sensor.
-fn is_meant<T>(choice: &ProfileChoice<'_>, profiles: &BTreeMap<String, T>) -> bool {
+fn is_meant<T>(choice: &ProfileChoice<'_>, profiles: &SortedMap<String, T>) -> bool {
     (choice.is_own && choice.is_single) || !profiles.is_empty()
 }
 
@@ -115,7 +115,7 @@ impl ProfileChoice<'_> {
     /// Checks that the robot has the profile for any of its sensors.
     fn check_name(&self, description: &RobotDescription) -> Result<(), DescriptionError> {
         let RobotDescription { sonar, robot_sensor, positioning, odometry, .. } = description;
-        let known: BTreeSet<&str> = sonar
+        let known: SortedSet<&str> = sonar
             .keys()
             .chain(robot_sensor.keys())
             .chain(positioning.keys())
@@ -134,7 +134,7 @@ impl ProfileChoice<'_> {
         &self,
         sensor: &str,
         description: &RobotDescription,
-        profiles: &BTreeMap<String, T>,
+        profiles: &SortedMap<String, T>,
     ) -> Result<(), DescriptionError> {
         if self.profile.is_empty() || !is_meant(self, profiles) || profiles.contains_key(self.profile) {
             return Ok(());

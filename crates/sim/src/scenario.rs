@@ -1,11 +1,10 @@
 //! Scenario: the `[world]` table of a configuration with a layout from the seed.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::blackboard::interface::Value;
 use slate_module::blackboard::nearest_names;
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::door::DoorDescription;
 use crate::error::{DocumentStep, key, unknown};
@@ -53,12 +52,12 @@ pub struct Section {
     pub goal: [f64; 2],
     /// Goals of single robots in place of `goal`, in sequence, m.
     #[serde(default)]
-    pub goals: BTreeMap<String, Vec<[f64; 2]>>,
+    pub goals: SortedMap<String, Vec<[f64; 2]>>,
     /// Robots by name.
-    pub robots: BTreeMap<String, RobotEntry>,
+    pub robots: SortedMap<String, RobotEntry>,
     /// Named layouts.
     #[serde(default)]
-    pub layouts: BTreeMap<String, Layout>,
+    pub layouts: SortedMap<String, Layout>,
     /// Parameters of the layout `random`.
     #[serde(default)]
     pub random: Option<ObstructedWay>,
@@ -70,13 +69,13 @@ pub struct Section {
     pub scenery: Scenery,
     /// Faults of the robots' sensors, by name.
     #[serde(default)]
-    pub faults: BTreeMap<String, serde_json::Value>,
+    pub faults: SortedMap<String, serde_json::Value>,
     /// People of the world.
     #[serde(default)]
     pub people: Option<PeopleDescription>,
     /// Doors by name.
     #[serde(default)]
-    pub doors: BTreeMap<String, DoorDescription>,
+    pub doors: SortedMap<String, DoorDescription>,
 }
 
 impl Section {
@@ -184,7 +183,7 @@ impl Section {
         &self,
         world: &World,
         descriptions: &Descriptions,
-        goals: &BTreeMap<String, Vec<Point>>,
+        goals: &SortedMap<String, Vec<Point>>,
         seed: u64,
     ) -> Result<Layout, DescriptionError> {
         let missing = |name: &str| {
@@ -192,7 +191,7 @@ impl Section {
                 format!("missing table [world.{name}]: `layout = \"{name}\"` is drawn by its rules");
             DescriptionError::new("world.layout", message)
         };
-        let outlines: BTreeMap<_, _> =
+        let outlines: SortedMap<_, _> =
             descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
         if let Some(layout) = self.layouts.get(&self.layout) {
             let setting = format!("world.layouts.{}", key(&self.layout));
@@ -219,13 +218,13 @@ impl Section {
 }
 
 /// Descriptions of robots by name.
-type Descriptions = BTreeMap<String, RobotDescription>;
+type Descriptions = SortedMap<String, RobotDescription>;
 
 /// Optional devices of the robots, by robot.
 #[derive(Default)]
 struct Devices {
-    lasers: BTreeMap<String, LaserDescription>,
-    cameras: BTreeMap<String, CameraDescription>,
+    lasers: SortedMap<String, LaserDescription>,
+    cameras: SortedMap<String, CameraDescription>,
 }
 
 fn random_layout() -> String {
@@ -280,19 +279,19 @@ pub struct Scenario {
     /// Goal of robots without their own goals, m.
     pub goal: Point,
     /// Goals of single robots, in sequence, m.
-    pub goals: BTreeMap<String, Vec<Point>>,
+    pub goals: SortedMap<String, Vec<Point>>,
     /// Physics step, ns.
     pub step: u64,
     /// Number of measuring threads.
     pub threads: usize,
     /// Laser scanners of the robots that carry one.
-    pub lasers: BTreeMap<String, LaserDescription>,
+    pub lasers: SortedMap<String, LaserDescription>,
     /// Cameras of the robots that carry one.
-    pub cameras: BTreeMap<String, CameraDescription>,
+    pub cameras: SortedMap<String, CameraDescription>,
     /// Robots with an inertial measurement unit.
-    pub imus: BTreeSet<String>,
+    pub imus: SortedSet<String>,
     /// Faults of the robots' sensors.
-    pub faults: BTreeMap<String, Vec<Fault>>,
+    pub faults: SortedMap<String, Vec<Fault>>,
     /// Walking people, and doors.
     pub moving: MovingBodies,
 }
@@ -335,7 +334,7 @@ impl Scenario {
             )
         });
         let faults = fault::read(&section.faults, &sensors.collect())?;
-        let goals: BTreeMap<String, Vec<Point>> = section
+        let goals: SortedMap<String, Vec<Point>> = section
             .goals
             .iter()
             .map(|(name, goals)| (name.clone(), goals.iter().copied().map(point).collect()))
@@ -388,7 +387,7 @@ impl Scenario {
 }
 
 /// Returns the error of a robot without a pose in a layout.
-fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> DescriptionError {
+fn not_placed(name: &str, poses: &SortedMap<String, Pose>, robot: &str) -> DescriptionError {
     let (setting, table) = match name {
         "random" => ("world.random".into(), "robot"),
         "scattered" => ("world.scattered.robots".into(), "area"),
@@ -411,7 +410,7 @@ fn carried<T: Clone>(
     kind: &str,
     name: &str,
     robot: &str,
-    devices: &BTreeMap<String, T>,
+    devices: &SortedMap<String, T>,
     place: &str,
 ) -> Result<T, DescriptionError> {
     devices.get(name).cloned().ok_or_else(|| {

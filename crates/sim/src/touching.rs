@@ -1,9 +1,8 @@
 //! Contacts between bodies, their durations, and the bumpers that they press.
 
-use std::collections::BTreeMap;
-
 use rapier2d_f64::prelude::{ColliderHandle, PhysicsWorld};
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use crate::contact::{GRAZE, SEPARATION_TIME, TOUCH};
 use crate::geometry::{Gap, Point};
@@ -37,7 +36,7 @@ impl BumperContacts {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Touching {
     /// Time of the last contact of each pair, ns.
-    pairs: BTreeMap<(usize, usize), u64>,
+    pairs: SortedMap<(usize, usize), u64>,
     /// Scratch memory for touching pairs.
     /// Each has the contact's normal in the robot's view.
     #[serde(skip)]

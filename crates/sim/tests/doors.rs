@@ -1,14 +1,13 @@
 //! Doors that open for people and robots, and by the clock.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use std::collections::BTreeMap;
-
 use slate_sim::door::DoorDescription;
 use slate_sim::drive::Wheels;
 use slate_sim::geometry::Pose;
 use slate_sim::robot::RobotDescription;
 use slate_sim::world::{Body, World};
 use slate_sim::{MovingBodies, Placement, Simulation};
+use slate_sorted::SortedMap;
 
 const STEP: u64 = 10_000_000;
 
@@ -24,7 +23,7 @@ fn simulation(keys: &str) -> Simulation {
     let laser = description.laser.remove("urg_04lx").unwrap();
     let pose = Pose { x: -2.0, y: 0.0, theta: 0.0 };
     let robot = Placement { name: "r".into(), description, sonar: "vrep".into(), pose, script: None };
-    let moving = MovingBodies { doors: BTreeMap::from([("d".into(), door)]), ..MovingBodies::default() };
+    let moving = MovingBodies { doors: SortedMap::from([("d".into(), door)]), ..MovingBodies::default() };
     let mut simulation = Simulation::with_moving(&world, &[robot], &moving, 0, STEP).unwrap();
     simulation.mount_laser(0, &laser, 0);
     simulation

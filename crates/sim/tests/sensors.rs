@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 
-use std::collections::BTreeMap;
-
 use slate_sim::drive::Wheels;
 use slate_sim::geometry::Pose;
 use slate_sim::positioning::Fix;
@@ -11,6 +9,7 @@ use slate_sim::robot::{PositioningDescription, RobotDescription};
 use slate_sim::sonar::Echo;
 use slate_sim::world::{Body, World};
 use slate_sim::{Placement, Simulation};
+use slate_sorted::SortedMap;
 
 const STEP: u64 = 10_000_000;
 
@@ -26,10 +25,10 @@ fn pioneer(name: &str, sonar: &str, x: f64, y: f64) -> Placement {
 }
 
 /// One profile of the positioning system.
-fn positions(noise: f64, dropout: f64, rate: Option<f64>) -> BTreeMap<String, PositioningDescription> {
+fn positions(noise: f64, dropout: f64, rate: Option<f64>) -> SortedMap<String, PositioningDescription> {
     let profile =
         PositioningDescription { noise_position: noise, noise_orientation: noise / 2.0, dropout, rate };
-    BTreeMap::from([("real".into(), profile)])
+    SortedMap::from([("real".into(), profile)])
 }
 
 fn simulate(robots: &[Placement], seed: u64) -> Simulation {
@@ -163,7 +162,7 @@ fn missing_echo_has_maximum_range() {
 }
 
 /// Fixes of a robot that stands at (0.5, 0.25) looking along 0.3 rad, each cycle of 20 ms, with their times in milliseconds.
-fn fixes(positioning: BTreeMap<String, PositioningDescription>, cycles: usize) -> Vec<(u64, Fix)> {
+fn fixes(positioning: SortedMap<String, PositioningDescription>, cycles: usize) -> Vec<(u64, Fix)> {
     let mut robot = pioneer("r", "", 0.5, 0.25);
     robot.description.positioning = positioning;
     let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), &[robot], 5, STEP).unwrap();

@@ -2,13 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 
-use std::collections::BTreeMap;
-
 use slate_sim::geometry::Pose;
 use slate_sim::robot::{PositioningDescription, RobotDescription};
 use slate_sim::script::RandomWalk;
 use slate_sim::world::{Bounds, Scenery, World};
 use slate_sim::{Placement, Simulation};
+use slate_sorted::SortedMap;
 
 #[test]
 fn the_state_is_the_same_with_any_number_of_threads() {
@@ -21,7 +20,7 @@ fn the_state_is_the_same_with_any_number_of_threads() {
             let mut description = RobotDescription::load(model).unwrap();
             let profile =
                 PositioningDescription { noise_position: 0.01, ..PositioningDescription::default() };
-            description.positioning = BTreeMap::from([("real".into(), profile)]);
+            description.positioning = SortedMap::from([("real".into(), profile)]);
             Placement {
                 name: format!("r{i}"),
                 description,

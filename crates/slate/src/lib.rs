@@ -4,14 +4,19 @@
 //!
 //! This is the crate to depend on; [`prelude`] has what the file of a module imports.
 
+pub use slate_bag as bag;
 #[cfg(feature = "console")]
 pub use slate_console as console;
 pub use slate_control as control;
 pub use slate_interfaces as interfaces;
+pub use slate_logs as logs;
 pub use slate_mapek as mapek;
 pub use slate_module as module;
 pub use slate_module::blackboard;
 pub use slate_record as record;
+pub use slate_replay as replay;
+pub use slate_report as report;
+pub use slate_ros_messages as ros_messages;
 #[cfg(feature = "run")]
 pub use slate_run as run;
 pub use slate_runtime as runtime;

@@ -11,7 +11,7 @@ mod ports;
 mod tick;
 mod value;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -21,6 +21,7 @@ use pyo3::types::PyBytes;
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::{Refusal, decode_interface, encode_interface, parse_duration};
 use slate_runtime::isolation::{PythonSource, serve_python};
+use slate_sorted::SortedMap;
 
 pub use fixture::Fixture;
 pub use kind::is_stage;
@@ -53,9 +54,9 @@ pub fn serve_module(py: Python<'_>, load: Py<PyAny>) -> PyResult<()> {
 static SOURCE: OnceLock<PathBuf> = OnceLock::new();
 
 /// Interfaces of the agent that runs the module, by their names.
-static KNOWN: Mutex<BTreeMap<String, Vec<u8>>> = Mutex::new(BTreeMap::new());
+static KNOWN: Mutex<SortedMap<String, Vec<u8>>> = Mutex::new(SortedMap::new());
 
-fn known() -> MutexGuard<'static, BTreeMap<String, Vec<u8>>> {
+fn known() -> MutexGuard<'static, SortedMap<String, Vec<u8>>> {
     KNOWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

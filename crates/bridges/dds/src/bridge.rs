@@ -1,6 +1,5 @@
 //! Agent that takes part in DDS.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
@@ -10,6 +9,7 @@ use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_sorted::SortedMap;
 use slate_topics::{
     InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, PublishedTopic, TopicMessage, TopicStatus,
     join_threads, publish,
@@ -80,7 +80,7 @@ impl DdsBridge {
         let outputs = outputs.collect::<Result<Vec<_>, DdsError>>()?;
         let participant = DdsParticipant::join(settings.domain, settings.trusted)?;
         let matches = Arc::new(Matches::new(WORDS));
-        let mut own = BTreeMap::new();
+        let mut own = SortedMap::new();
         let (mut readers, mut topics, mut external) = (Vec::new(), Vec::new(), Vec::new());
         for (settings, (property, message)) in inputs {
             let topic = &settings.topic;

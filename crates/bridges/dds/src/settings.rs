@@ -1,6 +1,6 @@
 //! Table `[dds]` of a configuration.
 
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Spanned, Table, Value};
 use slate_topics::{NodeOptions, TableReader, TopicSettings};
 

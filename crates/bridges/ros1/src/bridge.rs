@@ -7,7 +7,7 @@ use std::thread::{Builder, JoinHandle};
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{
     InboundTopics, NodeAccess, OutboundStatus, OutboundTopic, PublishedTopic, RosError, RosMessage,

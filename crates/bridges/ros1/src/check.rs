@@ -1,4 +1,4 @@
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::ExternalPorts;
 use slate_topics::{RosError, check_ports};
 

@@ -1,6 +1,6 @@
 //! Checksums of definitions, by which nodes of ROS 1 compare types.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 /// Types that a message has no definition for.
 const BUILTIN: [&str; 16] = [
@@ -32,11 +32,11 @@ fn digest(text: &str) -> String {
 }
 
 /// Lines of definitions, by the message.
-struct MessageDefinitions<'a>(BTreeMap<&'a str, Vec<&'a str>>);
+struct MessageDefinitions<'a>(SortedMap<&'a str, Vec<&'a str>>);
 
 impl<'a> MessageDefinitions<'a> {
     fn read(name: &'a str, definition: &'a str) -> Self {
-        let mut all: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let mut all: SortedMap<&str, Vec<&str>> = SortedMap::new();
         let mut own = name;
         for line in definition.lines() {
             if line.starts_with("===") {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use slate_record::ros::{WireFormat, transforms_definition_in};
+use slate_ros_messages::{WireFormat, transforms_definition_in};
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopics, frame_input};
 

@@ -8,7 +8,7 @@ use serde_json::json;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
-use slate_record::ros::{Schema, WireFormat, encode_json_in, transforms_definition_in};
+use slate_ros_messages::{Schema, WireFormat, encode_json_in, transforms_definition_in};
 use slate_topics::{FrameMessages, LogLines, NodeLogLine};
 
 use crate::settings::{Ros1Settings, SCHEME};

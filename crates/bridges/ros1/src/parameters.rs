@@ -1,6 +1,5 @@
 //! Parameters of modules on the master, below the name of the node.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -8,6 +7,7 @@ use std::time::Duration;
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
 use slate_module::Level;
+use slate_sorted::SortedMap;
 use slate_topics::{AgentOperations, NodeAccess, NodeParameter, ParameterTable};
 use tokio::runtime::Handle;
 
@@ -25,7 +25,7 @@ pub struct ParameterSync {
     operations: AgentOperations,
     is_settable: bool,
     /// Values on the master, by key.
-    known: BTreeMap<String, XmlValue>,
+    known: SortedMap<String, XmlValue>,
     /// Numbers of parameter changes on the master, and of the node's registrations.
     changes: (u64, u64),
     /// Number of settings on the board; `None` when the master lacks some.
@@ -50,7 +50,7 @@ impl ParameterSync {
             surface: Arc::clone(surface),
             operations: AgentOperations::new(surface, SCHEME)?,
             is_settable: settings.options.parameters == NodeAccess::Set,
-            known: BTreeMap::new(),
+            known: SortedMap::new(),
             changes: node.parameter_changes(),
             settings: None,
         }))
@@ -103,7 +103,7 @@ impl ParameterSync {
     /// Refused ones are restored there.
     fn take(&mut self, network: &Handle) {
         let call = self.node.master.call("getParam", vec![self.node.name().into()]);
-        let mut there = BTreeMap::new();
+        let mut there = SortedMap::new();
         match network.block_on(call) {
             Ok(all) => flatten(self.node.name(), all, &mut there),
             Err(CallError::Refused(_)) => {}
@@ -150,7 +150,7 @@ fn key(node: &str, own: &NodeParameter) -> String {
     format!("{node}/{}/{}", own.module, own.fields.join("/"))
 }
 
-fn flatten(path: &str, value: XmlValue, all: &mut BTreeMap<String, XmlValue>) {
+fn flatten(path: &str, value: XmlValue, all: &mut SortedMap<String, XmlValue>) {
     match value {
         XmlValue::Structure(members) => {
             members.into_iter().for_each(|(name, value)| flatten(&format!("{path}/{name}"), value, all));

@@ -2,7 +2,7 @@
 
 use std::net::IpAddr;
 
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Span, Spanned, Table, Value};
 use slate_topics::{
     NameResolver, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer, ServicesReader, TableReader,

@@ -8,7 +8,7 @@ use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_dds::TopicQuality;
 use slate_module::Level;
-use slate_record::ros::WireFormat::Cdr as CDR;
+use slate_ros_messages::WireFormat::Cdr as CDR;
 use slate_runtime::Composer;
 use slate_topics::{
     AwaitedInput, CLOCK_TOPIC, ConnectionCount, InboundTopic, InboundTopics, LockstepTopics, OutboundStatus,

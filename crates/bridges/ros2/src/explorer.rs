@@ -1,14 +1,14 @@
 //! Content of a domain, for tools: nodes, topics, and the messages of a topic.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use slate_dds::TopicQuality;
-use slate_record::ros::{
+use slate_ros_messages::{
     Definition, DefinitionFiles, Schema, WireFormat, message_definition, transforms_definition,
 };
+use slate_sorted::{SortedMap, SortedSet};
 use slate_topics::{RosError, type_hash};
 
 use crate::wire::{DomainView, FoundTopic, TopicReader, WireType, explore};
@@ -60,17 +60,17 @@ impl RosExplorer {
     }
 
     /// Returns the nodes by name.
-    pub fn nodes(&self) -> BTreeSet<String> {
+    pub fn nodes(&self) -> SortedSet<String> {
         self.view.nodes()
     }
 
     /// Returns the topics by name, without those of services.
-    pub fn topics(&self) -> BTreeMap<String, FoundTopic> {
+    pub fn topics(&self) -> SortedMap<String, FoundTopic> {
         self.view.topics()
     }
 
     /// Returns the services by name, with the type of each.
-    pub fn services(&self) -> BTreeMap<String, String> {
+    pub fn services(&self) -> SortedMap<String, String> {
         self.view.services()
     }
 

@@ -6,7 +6,7 @@ use std::task::Waker;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopic, InboundTopics, ReaderWaker, RosError, frame_input};
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::Composer;
 use slate_topics::{AgentOperations, NodeAccess, RosError, ServiceType};
 

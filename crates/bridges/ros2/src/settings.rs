@@ -1,9 +1,8 @@
 //! Table `[ros2]` of a configuration.
 
-use std::collections::BTreeSet;
-
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::configuration::{Configuration, Report, Span, Spanned, Table, Value};
+use slate_sorted::SortedSet;
 use slate_topics::{
     ActionCall, ActionOffer, NameResolver, NodeAccess, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer,
     ServicesReader, TableReader, TopicSettings, link_help,
@@ -147,7 +146,7 @@ fn settings(reader: &mut TableReader<'_>, root: Option<&Spanned<Value>>, agent: 
 
 /// Checks that an outbox has one receiver.
 fn check_outboxes(reader: &mut TableReader<'_>, settings: &RosSettings) {
-    let mut known: BTreeSet<&String> = settings.call.iter().map(|own| &own.outbox).collect();
+    let mut known: SortedSet<&String> = settings.call.iter().map(|own| &own.outbox).collect();
     for call in &settings.called_actions {
         for outbox in [Some(&call.outbox), call.cancel.as_ref()].into_iter().flatten() {
             if !known.insert(outbox) {

@@ -1,6 +1,6 @@
 //! Types of actions.
 
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 
 use crate::message_type::MessageType;
 use crate::service_type::ServiceType;

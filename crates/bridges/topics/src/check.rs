@@ -1,7 +1,7 @@
 //! Ports that topics and services name, checked.
 
 use slate_blackboard::interface::Descriptor;
-use slate_record::ros::{DefinitionFiles, FileError, WireFormat};
+use slate_ros_messages::{DefinitionFiles, FileError, WireFormat};
 use slate_runtime::{ExternalPorts, PropertyFacts};
 
 use crate::error::RosError;

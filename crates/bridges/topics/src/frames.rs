@@ -1,6 +1,5 @@
 //! Frames of the agent as `/tf` and `/tf_static`, and of those as values of inputs.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -9,8 +8,11 @@ use slate_blackboard::Property;
 use slate_blackboard::interface::Interface;
 use slate_control::{ControlSurface, TransformStream};
 use slate_interfaces::Transform;
-use slate_record::ros::{FrameTransform, Schema, WireFormat, encode_transforms_in, transforms_definition_in};
+use slate_ros_messages::{
+    FrameTransform, Schema, WireFormat, encode_transforms_in, transforms_definition_in,
+};
 use slate_runtime::{Composer, ExternalPorts, PropertyFacts};
+use slate_sorted::SortedMap;
 
 use crate::inbound::InboundTopics;
 use crate::mismatch::TopicMismatch;
@@ -119,7 +121,7 @@ pub struct FrameMessages {
     known: Vec<String>,
     renewed: Instant,
     /// Static transforms by child.
-    all_fixed: BTreeMap<String, FrameTransform>,
+    all_fixed: SortedMap<String, FrameTransform>,
     /// Modules whose transforms come from outside.
     foreign: Vec<String>,
 }
@@ -135,7 +137,7 @@ impl FrameMessages {
             stream: TransformStream::new(surface, |property| !is_foreign(&foreign, property)),
             known: known(surface),
             renewed: Instant::now(),
-            all_fixed: BTreeMap::new(),
+            all_fixed: SortedMap::new(),
             foreign,
         }
     }

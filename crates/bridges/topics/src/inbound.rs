@@ -1,6 +1,5 @@
 //! Flow of messages from topics to inputs.
 
-use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -9,6 +8,7 @@ use slate_blackboard::Property;
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
+use slate_sorted::SortedSet;
 
 use crate::awaited::AwaitedValues;
 use crate::services::bytes;
@@ -128,7 +128,7 @@ pub struct InboundTopics {
     /// Values of topics for which cycles wait.
     awaited: AwaitedValues,
     /// Texts that were logged.
-    logged: Mutex<BTreeSet<String>>,
+    logged: Mutex<SortedSet<String>>,
 }
 
 impl InboundTopics {

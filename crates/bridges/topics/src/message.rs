@@ -1,8 +1,9 @@
 //! Values as messages of ROS.
 
 use slate_blackboard::interface::Descriptor;
-use slate_record::ros::{
-    self, Definition, DefinitionFiles, FileError, Standard, WireFormat, definition_in, standard_in,
+use slate_ros_messages as ros;
+use slate_ros_messages::{
+    Definition, DefinitionFiles, FileError, Standard, WireFormat, definition_in, standard_in,
 };
 
 use crate::type_hash::type_hash;

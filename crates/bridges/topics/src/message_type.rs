@@ -1,5 +1,5 @@
 use serde_json::{Map, Value as Json};
-use slate_record::ros::{Definition, Schema, WireFormat, encode_json_in};
+use slate_ros_messages::{Definition, Schema, WireFormat, encode_json_in};
 
 use crate::type_hash::type_hash;
 

@@ -1,6 +1,6 @@
 //! Types of services.
 
-use slate_record::ros::{Definition, WireFormat};
+use slate_ros_messages::{Definition, WireFormat};
 
 use crate::message_type::MessageType;
 use crate::type_hash::type_hash;

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slate_module::parse_duration;
-use slate_record::ros::{DefinitionFiles, WireFormat};
+use slate_ros_messages::{DefinitionFiles, WireFormat};
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 

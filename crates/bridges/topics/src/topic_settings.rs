@@ -1,10 +1,10 @@
 //! Topics that the table of a bridge and its links name.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use slate_record::ros::DefinitionFiles;
+use slate_ros_messages::DefinitionFiles;
 use slate_runtime::configuration::{ExternalDirection, ExternalLink, Span, Spanned, Table, Value};
+use slate_sorted::SortedMap;
 
 use crate::options::NodeOptions;
 use crate::table_reader::TableReader;
@@ -164,7 +164,7 @@ impl<O: TopicOptions> TopicSettings<O> {
 
     /// Refuses a topic that two entries write, and one that the node itself publishes.
     fn check(&self, reader: &mut TableReader<'_>, node: &NodeOptions) {
-        let mut written: BTreeMap<&str, &TopicOutput<O>> = BTreeMap::new();
+        let mut written: SortedMap<&str, &TopicOutput<O>> = SortedMap::new();
         for output in &self.write {
             if let Some(other) = written.insert(&output.topic, output) {
                 let (first, second) = (&other.property, &output.property);

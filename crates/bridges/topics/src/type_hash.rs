@@ -1,7 +1,7 @@
 use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
-use slate_record::ros::{Definition, Error, type_description};
+use slate_ros_messages::{Definition, Error, type_description};
 
 /// Version of hashes, which they begin with.
 const VERSION: &str = "RIHS01";

@@ -1,13 +1,14 @@
 //! Files attached to a recording.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slate::record::bag::{Attachment, Error};
-use slate::record::{CONFIGURATION, logs};
+use slate::bag::{Attachment, Error};
+use slate::logs;
+use slate::record::CONFIGURATION;
 use slate::runtime::configuration::Value;
 use slate::runtime::printable;
+use slate_sorted::SortedSet;
 
 use super::target;
 use crate::failure::Failure;
@@ -60,7 +61,7 @@ fn take_out(
     folder: &Path,
     force: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let mut taken = BTreeSet::new();
+    let mut taken = SortedSet::new();
     let places: Vec<PathBuf> =
         found.iter().map(|attachment| folder.join(own_name(&attachment.name, &mut taken))).collect();
     for place in &places {
@@ -105,7 +106,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// Returns a file name for an attachment: inside the folder, and unique.
-fn own_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+fn own_name(name: &str, taken: &mut SortedSet<String>) -> String {
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
     let last = if ["", ".", ".."].contains(&last) { "attachment" } else { last };
     let last: String = last.chars().filter(|letter| !letter.is_control()).collect();

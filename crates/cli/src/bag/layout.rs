@@ -1,7 +1,7 @@
 //! Layouts of panels in the format of Foxglove, which Lichtblick reads, too.
 
 use serde_json::{Map, Value, json};
-use slate::record::bag::ChannelInfo;
+use slate::bag::ChannelInfo;
 
 /// Messages that the panel *3D* draws.
 const DRAWN: [&str; 6] = [

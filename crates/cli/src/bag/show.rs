@@ -1,11 +1,12 @@
 //! Output about recordings.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use slate::record::bag::{Diff, Info, Repaired, seconds};
-use slate::record::logs::{CarmenLog, Imported, RosLog};
+use slate::bag::{Info, Repaired, seconds};
+use slate::logs::Diff;
+use slate::logs::{CarmenLog, Imported, RosLog};
 use slate::runtime::printable;
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::output::{self, counted};
 
@@ -79,7 +80,7 @@ pub fn info(file: &Path, info: &Info) {
     }
     let inboxes =
         info.metadata.iter().filter(|(name, _)| name == "inboxes").flat_map(|(_, texts)| texts.keys());
-    let inboxes: BTreeSet<&str> = inboxes.map(String::as_str).collect();
+    let inboxes: SortedSet<&str> = inboxes.map(String::as_str).collect();
     for (name, texts) in &info.metadata {
         if name == "inboxes" {
             continue;
@@ -102,7 +103,7 @@ pub fn info(file: &Path, info: &Info) {
 
 /// Prints links, each as destination and source.
 /// An outbox is recorded with the inbox that it sends to.
-fn links(texts: &BTreeMap<String, String>, inboxes: &BTreeSet<&str>) {
+fn links(texts: &SortedMap<String, String>, inboxes: &SortedSet<&str>) {
     output::line("metadata links");
     let row = |(port, other): (&String, &String)| match inboxes.contains(other.as_str()) {
         true => [format!("  {}", other.trim_start_matches('/')), format!("/{port}")],

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use slate::record::bag::Error;
+use slate::bag::Error;
 
 /// Refuses an output that exists, unless forced, and an output that is an input.
 pub fn free(out: &Path, inputs: &[&Path], is_forced: bool) -> Result<(), Error> {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::{Args, ValueEnum};
-use slate::record::bag::{self, Reader};
-use slate::record::logs::{self, RosExport};
+use slate::bag::{self, Reader};
+use slate::logs::{self, RosExport};
 use slate::runtime::printable;
 
 use super::{TimeSpan, layout, show, target};

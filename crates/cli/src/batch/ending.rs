@@ -1,11 +1,11 @@
 //! Early end of a batch.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use slate::runtime::Stopper;
+use slate_sorted::SortedMap;
 
 use crate::clock::now;
 use crate::interrupt::DEBOUNCE;
@@ -21,7 +21,7 @@ pub struct BatchEnding {
 struct Runs {
     ended: bool,
     /// Stoppers of the runs, by seed.
-    stoppers: BTreeMap<u64, Stopper>,
+    stoppers: SortedMap<u64, Stopper>,
 }
 
 impl BatchEnding {

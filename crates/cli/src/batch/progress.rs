@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crossterm::cursor::MoveToColumn;
 use crossterm::queue;
 use crossterm::terminal::{Clear, ClearType, size};
-use slate::record::Summary;
+use slate::report::Summary;
 
 use crate::clock::now;
 

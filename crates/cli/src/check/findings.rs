@@ -1,11 +1,10 @@
 //! Findings in the compositions of a configuration, without duplicates.
 
-use std::collections::BTreeSet;
-
 use serde::Serialize;
 use slate::runtime::ErrorCode;
 use slate::runtime::configuration::{Diagnostic, Report};
 use slate_run::ConfigurationFinding;
+use slate_sorted::SortedSet;
 
 /// Errors and warnings of all compositions.
 #[derive(Default)]
@@ -59,7 +58,7 @@ impl Findings {
     }
 
     /// Returns the codes.
-    pub fn codes(&self) -> BTreeSet<&'static str> {
+    pub fn codes(&self) -> SortedSet<&'static str> {
         self.0.iter().filter_map(|one| one.diagnostic.error_code()).map(ErrorCode::code).collect()
     }
 

@@ -5,7 +5,6 @@ mod lines;
 mod member;
 mod supervisor_connection;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
@@ -13,6 +12,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use slate::runtime::configuration::{Configuration, Spanned};
 use slate::runtime::isolation::{Supervisor, describe};
+use slate_sorted::SortedMap;
 
 use slate_run::Application;
 
@@ -86,7 +86,7 @@ fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure>
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
     let options = &verb.options;
     let file = verb.name.as_deref().unwrap_or_default();
-    let mut files: BTreeMap<PathBuf, &str> = BTreeMap::new();
+    let mut files: SortedMap<PathBuf, &str> = SortedMap::new();
     let mut applications = Vec::new();
     for name in names {
         let (sets, host) = (options.common.set.clone(), options.common.host.as_deref());

@@ -1,10 +1,10 @@
 //! Hints on errors.
 
 use miette::Diagnostic;
+use slate::bag::Error as BagError;
 use slate::blackboard::nearest_names;
 use slate::control::ClientError;
-use slate::record::bag::Error as BagError;
-use slate::record::logs::{Format, recognise};
+use slate::logs::{Format, recognise};
 use slate::runtime::configuration::ErrorCode;
 use slate::runtime::printable;
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use slate::control::client::{AccessFailure, HttpRefusal, RequestError};
 use slate::control::{ClientError, OpenError};
-use slate::record::replay::PlayError;
+use slate::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
@@ -54,7 +54,7 @@ pub enum Failure {
     #[error("{0}")]
     Start(StartError),
     #[error("{0}")]
-    Report(#[from] slate::record::Error),
+    Report(slate::report::Error),
     #[cfg(feature = "evaluate")]
     #[error("{0}")]
     Data(#[from] slate_evaluation::DataError),
@@ -77,7 +77,7 @@ pub enum Failure {
     #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
-    Bag(#[from] slate::record::bag::Error),
+    Bag(#[from] slate::bag::Error),
     #[cfg(feature = "console")]
     #[error("{0}")]
     Console(#[from] slate::console::StartError),
@@ -187,12 +187,21 @@ pub enum Failure {
     File { path: PathBuf, source: std::io::Error },
 }
 
+impl From<slate::report::Error> for Failure {
+    fn from(error: slate::report::Error) -> Self {
+        match error {
+            slate::report::Error::Recording(error) => Self::Bag(error),
+            error => Self::Report(error),
+        }
+    }
+}
+
 impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Configuration(report) => Self::Configuration(report),
             RunError::Start(error) => Self::Start(error),
-            RunError::Report(error) => Self::Report(error),
+            RunError::Report(error) => error.into(),
             RunError::Record(error) => Self::Record(error),
             #[cfg(feature = "console")]
             RunError::Console(error) => Self::Console(error),

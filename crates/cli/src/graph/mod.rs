@@ -4,7 +4,6 @@
 pub mod svg;
 mod text;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +14,7 @@ use slate::control::graph::{GraphLink, ModuleGraph};
 use slate::runtime::composition::LinkedConfiguration;
 use slate::runtime::configuration::{Actuator, ExternalLink, Link};
 use slate::runtime::replacement::Replacement;
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -122,13 +122,13 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, F
     let linked = LinkedConfiguration::new(&application.configuration, &catalogue, &|_| false);
     let survey = linked.check(&catalogue)?;
     let configuration = linked.configuration();
-    let stages: BTreeMap<String, String> = survey
+    let stages: SortedMap<String, String> = survey
         .stages(configuration)
         .into_iter()
         .flat_map(|(stage, modules)| modules.into_iter().map(move |module| (module, stage.clone())))
         .collect();
     let module = |name: &String| (name.clone(), stages.get(name).cloned().unwrap_or_default());
-    let names: BTreeSet<_> = survey.modules.iter().map(|surveyed| &surveyed.module.name.value).collect();
+    let names: SortedSet<_> = survey.modules.iter().map(|surveyed| &surveyed.module.name.value).collect();
     let link = |link: &Link| {
         let sends = survey.sends(&link.to.value, &link.from.value.path_in(""));
         let options = configuration.link_options(link);

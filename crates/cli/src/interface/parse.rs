@@ -1,12 +1,11 @@
 //! Parser of the interfaces in a Rust source file.
 //! It lays them out as the compiler does.
 
-use std::collections::BTreeMap;
-
 use super::syntax_error::SyntaxError;
 use super::token::{SourceToken, tokens};
 use super::word::identifier_error;
 use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
+use slate_sorted::SortedMap;
 
 /// Interface and its place.
 #[derive(Clone, Debug)]
@@ -17,7 +16,7 @@ pub struct FoundInterface {
 
 /// Types that interfaces of a file may name.
 /// First those that come with Slate, then those defined above them.
-type KnownTypes = BTreeMap<String, Kind>;
+type KnownTypes = SortedMap<String, Kind>;
 
 /// Leaks a value: the program is short-lived.
 fn keep<T>(value: T) -> &'static T {

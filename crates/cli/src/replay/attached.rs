@@ -4,8 +4,8 @@ use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
-use slate::record::bag::Error;
-use slate::record::replay::Run;
+use slate::bag::Error;
+use slate::replay::Run;
 use slate::runtime::configuration::{Configuration, Value};
 
 use crate::failure::Failure;

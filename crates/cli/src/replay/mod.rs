@@ -8,11 +8,11 @@ mod verify;
 #[cfg(feature = "console")]
 mod visit;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
-use slate::record::replay::{Choice, Plan};
+use slate::replay::{Choice, Plan};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::failure::Failure;
 use crate::recording::parse_offset;
@@ -123,7 +123,7 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
         choice: Choice {
             select: options.select.clone(),
             exclude: options.exclude.clone(),
-            map: options.map.iter().cloned().collect::<BTreeMap<_, _>>(),
+            map: options.map.iter().cloned().collect::<SortedMap<_, _>>(),
         },
         start: options.start,
         end: options.end,
@@ -135,7 +135,7 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
             .recompute
             .iter()
             .map(|name| name.trim_start_matches('/').to_owned())
-            .collect::<BTreeSet<_>>(),
+            .collect::<SortedSet<_>>(),
         is_partial: options.partial,
         sets: options.set.clone(),
     };

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 use slate::control::{ControlSurface, Server};
-use slate::record::replay::{Difference, Plan, PlayedRun, Player, Recomputation};
 use slate::record::{Recorded, Recorder};
+use slate::replay::{Difference, Plan, PlayedRun, Player, Recomputation};
 use slate::runtime::recording::{Change, Recording};
 use slate::runtime::{Agent, Mode, Options, printable};
 

@@ -1,6 +1,5 @@
 //! Trial of one module on a recording.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -9,8 +8,9 @@ use serde_json::{Value, json};
 use slate::blackboard::interface;
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::record::replay::{Plan, PlayedRun, Player, Recomputation, recorded_modules};
+use slate::replay::{Plan, PlayedRun, Player, Recomputation, recorded_modules};
 use slate::runtime::{Agent, Mode, Options, plugin, printable};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::play;
 use crate::examples;
@@ -88,7 +88,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     let plan = Plan {
         start: options.start,
         end: options.end,
-        modules: BTreeSet::from([candidate.name.clone()]),
+        modules: SortedSet::from([candidate.name.clone()]),
         is_partial: options.partial,
         sets,
         ..Plan::default()
@@ -168,7 +168,7 @@ struct ModuleTrial<'a> {
     misses: &'a [String],
     outcome: Recomputation,
     /// Last value of each property, by URL.
-    values: BTreeMap<String, Value>,
+    values: SortedMap<String, Value>,
 }
 
 impl ModuleTrial<'_> {
@@ -189,7 +189,7 @@ impl ModuleTrial<'_> {
             "is_recorded": is_recorded,
             "cycles": played.cycles,
             "ticks": ticks.ticks,
-            "timed": ticks.timing.iter().copied().collect::<BTreeMap<_, _>>(),
+            "timed": ticks.timing.iter().copied().collect::<SortedMap<_, _>>(),
             "panics": ticks.panics,
             "condition": ticks.condition,
             "misses": self.misses,
@@ -270,7 +270,7 @@ impl std::fmt::Display for Ticks {
 }
 
 /// Returns the last value of each property.
-fn last_values<'a>(agent: &Agent, urls: impl Iterator<Item = &'a str>) -> BTreeMap<String, Value> {
+fn last_values<'a>(agent: &Agent, urls: impl Iterator<Item = &'a str>) -> SortedMap<String, Value> {
     let read = |url: &str| {
         let (value, _): (interface::Value, _) = agent.board().read(url.trim_start_matches('/')).ok()??;
         Some((url.to_owned(), serde_json::to_value(value).ok()?))

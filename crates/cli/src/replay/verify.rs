@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::json;
-use slate::record::replay::{Comparison, Verdict};
+use slate::replay::{Comparison, Verdict};
 use slate::runtime::{Agent, Mode, Options, Rate, printable};
 
 use super::attached::Attached;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use slate::control::{Client, ControlSurface, Server};
-use slate::record::replay::{Plan, Player};
+use slate::replay::{Plan, Player};
 use slate::runtime::{Agent, Mode, Options};
 
 use crate::examples;

@@ -5,13 +5,13 @@ use crate::common;
 mod open;
 mod recording;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use common::{folder, json, slate, text};
 use recording::{recording, recording_of, unreadable};
 use serde_json::Value;
-use slate::record::bag::{Attachment, Channel, Compression, Header, Metadata, Schema, Writer};
+use slate::bag::{Attachment, Channel, Compression, Header, Metadata, Schema, Writer};
+use slate_sorted::SortedMap;
 
 const BOOK: &str = include_str!("../../../../book/src/23-bags.md");
 
@@ -235,7 +235,7 @@ fn drops_are_counted_in_the_part_that_is_copied() {
         Schema { id: 1, name: "slate_msgs/msg/Dropped".into(), encoding: "none".into(), data: vec![] };
     writer.schema(&schema).unwrap();
     for (id, topic) in [(0, "/record/dropped"), (1, "/image")] {
-        let (topic, message_encoding, metadata) = (topic.into(), "json".into(), BTreeMap::new());
+        let (topic, message_encoding, metadata) = (topic.into(), "json".into(), SortedMap::new());
         writer.channel(&Channel { id, schema_id: 1, topic, message_encoding, metadata }).unwrap();
     }
     for second in 0..10_u64 {

@@ -1,8 +1,7 @@
 //! Recordings that the tests read, made here to the byte.
 
-use std::collections::BTreeMap;
-
-use slate::record::bag::{Attachment, Channel, Compression, Header, Metadata, Schema, Writer};
+use slate::bag::{Attachment, Channel, Compression, Header, Metadata, Schema, Writer};
+use slate_sorted::SortedMap;
 
 /// A range and two beams as CDR lays them out.
 fn range(range: f64) -> Vec<u8> {
@@ -23,7 +22,7 @@ pub fn recording(last: f64, compression: Compression) -> Vec<u8> {
 pub fn recording_of(run: &str, last: f64, compression: Compression) -> Vec<u8> {
     let header = Header { profile: "ros2".into(), library: "test 1".into() };
     let mut writer = Writer::new(Vec::new(), "test", &header, compression).unwrap();
-    let texts = |key: &str, text: &str| BTreeMap::from([(key.to_owned(), text.to_owned())]);
+    let texts = |key: &str, text: &str| SortedMap::from([(key.to_owned(), text.to_owned())]);
     let all = [texts("seed", "3"), texts("whole", "true"), texts("run", run)].into_iter().flatten();
     writer.metadata(&Metadata { name: "run".into(), metadata: all.collect() }).unwrap();
     writer.metadata(&Metadata { name: "dropped".into(), metadata: texts("/r2/image", "7") }).unwrap();
@@ -37,7 +36,7 @@ pub fn recording_of(run: &str, last: f64, compression: Compression) -> Vec<u8> {
         .unwrap();
     let channels = [("/r2/range", 1, "cdr"), ("/r2/pose", 0, "json")];
     for (id, (topic, schema_id, encoding)) in channels.into_iter().enumerate() {
-        let (id, message_encoding, metadata) = (id as u16, encoding.into(), BTreeMap::new());
+        let (id, message_encoding, metadata) = (id as u16, encoding.into(), SortedMap::new());
         writer.channel(&Channel { id, schema_id, topic: topic.into(), message_encoding, metadata }).unwrap();
     }
     for i in 0..50_u32 {
@@ -63,7 +62,7 @@ pub fn unreadable() -> Vec<u8> {
         .schema(&Schema { id: 1, name: "test/msg/Range".into(), encoding: "ros2msg".into(), data })
         .unwrap();
     for (id, schema_id, topic) in [(0, 1, "/range"), (1, 0, "/bare")] {
-        let (topic, message_encoding, metadata) = (topic.into(), "cdr".into(), BTreeMap::new());
+        let (topic, message_encoding, metadata) = (topic.into(), "cdr".into(), SortedMap::new());
         writer.channel(&Channel { id, schema_id, topic, message_encoding, metadata }).unwrap();
     }
     for second in 0..6_u32 {
@@ -79,7 +78,7 @@ pub fn unreadable() -> Vec<u8> {
 /// A recording with a message of so many bytes, of which the file has few, and a short one behind it.
 pub fn with_a_long_message(length: usize) -> Vec<u8> {
     let mut writer = Writer::new(Vec::new(), "test", &Header::default(), Compression::Lz4).unwrap();
-    let (topic, message_encoding, metadata) = ("/text".into(), "json".into(), BTreeMap::new());
+    let (topic, message_encoding, metadata) = ("/text".into(), "json".into(), SortedMap::new());
     writer.channel(&Channel { id: 0, schema_id: 0, topic, message_encoding, metadata }).unwrap();
     writer.message(0, 0, 1, 1, format!("\"{}\"", "a".repeat(length)).as_bytes()).unwrap();
     writer.message(0, 1, 2, 2, b"\"short\"").unwrap();

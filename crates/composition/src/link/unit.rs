@@ -1,6 +1,6 @@
 //! Units that differ by an exact factor.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 /// Unit symbols that take a prefix.
 const BASES: [&str; 11] = ["m", "s", "g", "A", "V", "W", "N", "J", "K", "Pa", "Hz"];
@@ -19,7 +19,7 @@ const TIMES: [(&str, u128); 2] = [("min", 60), ("h", 3600)];
 /// The size is the fraction `above / below`.
 #[derive(Debug, PartialEq, Eq)]
 struct Measure {
-    powers: BTreeMap<&'static str, i64>,
+    powers: SortedMap<&'static str, i64>,
     above: u128,
     below: u128,
 }
@@ -53,7 +53,7 @@ pub(super) fn factor(from: &str, to: &str) -> Factor {
 
 /// Reads `m`, `mm/s`, `1/s`, `m/s^2` and `m/s2`.
 fn measure(text: &str) -> Option<Measure> {
-    let mut measure = Measure { powers: BTreeMap::new(), above: 1, below: 1 };
+    let mut measure = Measure { powers: SortedMap::new(), above: 1, below: 1 };
     for (i, term) in text.split('/').enumerate() {
         if i == 0 && term == "1" {
             continue;

@@ -1,13 +1,12 @@
 //! Properties that an agent of a composition has at its start.
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::channel::{Budget, LinkError};
 use slate_blackboard::interface::{Descriptor, Interface};
 use slate_blackboard::{Access, AddressEntry, AddressSpace, Shape, Store};
 use slate_configuration::{ErrorCode, Message};
 use slate_interfaces::GateState;
 use slate_module::{Direction, PortDescription};
+use slate_sorted::SortedMap;
 
 use super::{BuildPlan, PlanRefusal, PlannedPort, SPARE_READERS, planned_gate};
 use crate::diagnostic_collector::DiagnosticCollector;
@@ -298,7 +297,7 @@ impl PropertyPlanner<'_, '_, '_, '_> {
     /// Checks that each source has a handle for each reader.
     /// And that it keeps enough values for its queues.
     fn check_readers(&mut self) {
-        let mut counts = BTreeMap::<&str, (u16, u16)>::new();
+        let mut counts = SortedMap::<&str, (u16, u16)>::new();
         for resolved in &self.plan.survey.links {
             let Some((source, field)) = self.space.get(&self.plan.target_path(resolved.target)) else {
                 continue;

@@ -1,12 +1,11 @@
 //! Services that modules need, and their providers.
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::interface::Descriptor;
 use slate_module::aspect::{
     Actuators, BlackBoard, MainLoop, Network, Plugins, Service, Settings, TimeSource, Transforms,
 };
 use slate_module::{Description, Direction};
+use slate_sorted::SortedMap;
 
 use super::block::{Block, Provenance};
 use super::{Survey, Surveyed, scope};
@@ -21,14 +20,14 @@ pub(super) fn survey_services(
     modules: &[Surveyed<'_>],
     catalogue: &Catalogue,
     collector: &mut DiagnosticCollector<'_>,
-) -> BTreeMap<(usize, usize), Option<(usize, usize)>> {
+) -> SortedMap<(usize, usize), Option<(usize, usize)>> {
     let ports = |direction| {
         modules.iter().enumerate().flat_map(move |(m, surveyed)| {
             let ports = surveyed.description.ports.iter().enumerate();
             ports.filter(move |(_, port)| port.direction == direction).map(move |(p, port)| (m, p, port))
         })
     };
-    let mut services = BTreeMap::new();
+    let mut services = SortedMap::new();
     for (m, p, wanted) in ports(Direction::Aspect) {
         let descriptor = wanted.descriptor;
         let module = modules[m].module;

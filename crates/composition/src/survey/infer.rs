@@ -4,9 +4,8 @@
 //! to the world also considers outputs that a simulator or driver outside offers for the robot of that name. A single
 //! candidate is linked, several are an error, and without one no link is made.
 
-use std::collections::BTreeSet;
-
 use slate_module::{Direction, PortDescription};
+use slate_sorted::SortedSet;
 
 use super::block::{
     ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, PERCEPT, Provenance, RULE,
@@ -43,7 +42,7 @@ pub struct Inferred {
     /// The configuration.
     pub configuration: Configuration,
     /// Ports with several possible links.
-    pub undecided: BTreeSet<String>,
+    pub undecided: SortedSet<String>,
 }
 
 /// Adds inferred links for new modules and for ports that are no longer configured.
@@ -57,7 +56,7 @@ pub fn infer<'a>(
     let fresh = configuration
         .without_inferred(|port| !module_of(configuration, port).is_some_and(keeping.keeps_links));
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
-        return Inferred { configuration: fresh, undecided: BTreeSet::new() };
+        return Inferred { configuration: fresh, undecided: SortedSet::new() };
     }
     // Errors in modules are reported when they are surveyed.
     let mut ignored = DiagnosticCollector::new(configuration);
@@ -66,7 +65,7 @@ pub fn infer<'a>(
         .filter_map(|module| module::survey_module(configuration, module, catalogue, &mut ignored))
         .collect();
     // A second one of what a robot has once is refused, and nothing is linked to it.
-    let duplicates: BTreeSet<usize> =
+    let duplicates: SortedSet<usize> =
         duplicates(configuration, &modules).into_iter().map(|(_, duplicate)| duplicate).collect();
     let modules: Vec<_> = modules
         .into_iter()

@@ -25,10 +25,10 @@ mod switched_off;
 mod unlinked;
 mod writers;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_module::{Description, ModuleKind, Stage, Trigger};
+use slate_sorted::{SortedMap, SortedSet};
 
 pub use host::{Host, LOOP_STORE, stage_histogram};
 
@@ -76,7 +76,7 @@ pub struct Surveyed<'a> {
     /// Setup of the module.
     pub setup: OwnSetup,
     /// Values of unlinked inputs, by port.
-    pub inputs: BTreeMap<usize, Vec<u8>>,
+    pub inputs: SortedMap<usize, Vec<u8>>,
 }
 
 /// Link between two ports, with its resolved source.
@@ -220,18 +220,18 @@ pub struct Survey<'a> {
     /// Properties that are played from a recording.
     pub played: Arc<[Played]>,
     /// Carriers of values of other agents; any carrier when this is empty.
-    pub carriers: BTreeSet<String>,
+    pub carriers: SortedSet<String>,
     /// Support for JPEG compression of these values.
     pub has_jpeg: bool,
     /// Links to other agents that do not fit their source, by the port that they fill.
     /// Each waits until the source changes.
-    pub mismatches: BTreeMap<String, LinkMismatch>,
+    pub mismatches: SortedMap<String, LinkMismatch>,
     /// The provider of the service of each port: a port of another module, or the host.
-    pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
+    pub services: SortedMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
     /// Modules with links to a path, once per link, also those that are not loaded yet.
-    pub listeners: BTreeMap<String, Vec<&'a str>>,
+    pub listeners: SortedMap<String, Vec<&'a str>>,
 }
 
 /// Resolved link.
@@ -285,8 +285,8 @@ impl<'a> Survey<'a> {
         &self,
         configuration: &Configuration,
         module: usize,
-    ) -> BTreeMap<LinkEnd, Vec<LinkSignature>> {
-        let mut link_signatures: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    ) -> SortedMap<LinkEnd, Vec<LinkSignature>> {
+        let mut link_signatures: SortedMap<_, Vec<_>> = SortedMap::new();
         for resolved in self.links.iter().filter(|resolved| resolved.port.0 == module) {
             let link = resolved.link;
             let value = match resolved.port.1 {
@@ -335,7 +335,7 @@ impl<'a> Survey<'a> {
 
     /// Collects the readers of each path.
     fn collect_listeners(&mut self, configuration: &'a Configuration) {
-        let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
+        let mut listeners: SortedMap<String, Vec<&'a str>> = SortedMap::new();
         for resolved in &self.links {
             let name = self.modules[resolved.port.0].module.name.value.as_str();
             listeners.entry(self.path(configuration, resolved.target)).or_default().push(name);
@@ -395,13 +395,13 @@ pub fn survey<'a>(
         links: Vec::new(),
         absent: Vec::new(),
         played: Arc::clone(&catalogue.played),
-        carriers: BTreeSet::new(),
+        carriers: SortedSet::new(),
         has_jpeg: false,
         remote: Vec::new(),
-        mismatches: BTreeMap::new(),
+        mismatches: SortedMap::new(),
         services,
         order: Vec::new(),
-        listeners: BTreeMap::new(),
+        listeners: SortedMap::new(),
     };
     links::survey_links(configuration, &dormant, catalogue, &mut survey, collector);
     rules::check_rules(configuration, &survey, collector);
@@ -467,7 +467,7 @@ fn check_unique(
 /// Finds duplicates of parts that a robot has only once.
 /// Each follows the part that its robot already has. Modules of an included file come first.
 fn duplicates(configuration: &Configuration, modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
-    let (mut firsts, mut duplicates) = (BTreeMap::new(), Vec::new());
+    let (mut firsts, mut duplicates) = (SortedMap::new(), Vec::new());
     let mut sorted: Vec<_> = modules.iter().enumerate().collect();
     sorted.sort_by_key(|(_, surveyed)| {
         let span = surveyed.module.name.span;

@@ -1,11 +1,11 @@
 //! Resolution of a configured module with its kind.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::is_within;
 use slate_module::{Description, Direction, ModuleKind, PortDescription, Trigger};
+use slate_sorted::SortedMap;
 
 use super::{RESERVED, RESERVED_WHEN_ISOLATED, Surveyed};
 use crate::OwnSetup;
@@ -138,8 +138,8 @@ fn inputs<'a>(
     module: &'a Module,
     description: &Description,
     collector: &mut DiagnosticCollector<'a>,
-) -> BTreeMap<usize, Vec<u8>> {
-    let mut inputs = BTreeMap::new();
+) -> SortedMap<usize, Vec<u8>> {
+    let mut inputs = SortedMap::new();
     for (name, entry) in module.inputs.iter() {
         let is_it = |port: &PortDescription| port.name == name && port.direction == Direction::Input;
         let Some(port) = description.ports.iter().position(is_it) else {

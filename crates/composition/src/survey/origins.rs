@@ -1,9 +1,8 @@
 //! Provenance of a link's value, traced through the inputs of other modules.
 
-use std::collections::BTreeSet;
-
 use slate_configuration::{Configuration, Link};
 use slate_module::Direction;
+use slate_sorted::SortedSet;
 
 use super::block::{Block, Provenance, is_fact, is_handed_on};
 use super::names::{split_module, split_port};
@@ -42,7 +41,7 @@ pub(super) fn origins<'s>(
         found.push(ValueOrigin::of_module(survey, Provenance::Block(block), module));
         return found;
     }
-    collect(configuration, survey, (resolved.target, &resolved.from), &mut BTreeSet::new(), &mut found);
+    collect(configuration, survey, (resolved.target, &resolved.from), &mut SortedSet::new(), &mut found);
     found
 }
 
@@ -52,7 +51,7 @@ fn collect<'s>(
     configuration: &'s Configuration,
     survey: &'s Survey<'_>,
     (target, field): (LinkSource, &str),
-    seen: &mut BTreeSet<(usize, LinkEnd, String)>,
+    seen: &mut SortedSet<(usize, LinkEnd, String)>,
     found: &mut Vec<ValueOrigin<'s>>,
 ) {
     let (module, link_end) = match target {

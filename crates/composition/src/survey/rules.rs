@@ -1,10 +1,9 @@
 //! Attachment rules for all links: values, fields, queues, parameters and switches.
 //! They hold for messages, too.
 
-use std::collections::BTreeMap;
-
 use slate_configuration::{Configuration, ErrorCode, Span};
 use slate_module::{Direction, PortDescription};
+use slate_sorted::SortedMap;
 
 use super::actuation;
 use super::block::{
@@ -277,7 +276,7 @@ fn check_single_plan<'a>(
     survey: &Survey<'a>,
     collector: &mut DiagnosticCollector<'a>,
 ) {
-    let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
+    let mut plans: SortedMap<(usize, usize), &ResolvedLink<'_>> = SortedMap::new();
     // Two Plans of a robot are an error of their own.
     let duplicates = duplicates(configuration, &survey.modules);
     for resolved in &survey.links {

@@ -1,9 +1,8 @@
 //! Warnings of unlinked ports, for lack of which the robot stands still.
 //! The agent runs nevertheless.
 
-use std::collections::BTreeMap;
-
 use slate_module::{Direction, PortDescription};
+use slate_sorted::SortedMap;
 
 use super::block::{
     ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, REFLEX, binds, is_percept,
@@ -343,7 +342,7 @@ fn unread_output(
 /// Actuators and gates of a robot drive them, and any other output could be linked to them as well.
 fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     // By Actuator, of which some outputs may report, or by gate.
-    let mut readers: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
+    let mut readers: SortedMap<String, Vec<(usize, usize)>> = SortedMap::new();
     for resolved in &survey.links {
         let LinkEnd::Port(port) = resolved.port.1 else { continue };
         let moves = match resolved.target {

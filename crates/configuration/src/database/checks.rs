@@ -1,8 +1,9 @@
 //! Checks of proposals, added by users of the database.
 
-use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
+
+use slate_sorted::SortedSet;
 
 use super::{Change, Configuration, Diagnostic, Report, lock};
 
@@ -11,7 +12,7 @@ pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Repo
 
 /// Check for the changes of an edited file that need a restart.
 /// It returns their indices in the list.
-pub(super) type RestartCheck = dyn Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync;
+pub(super) type RestartCheck = dyn Fn(&Configuration, &[Change]) -> SortedSet<usize> + Send + Sync;
 
 /// Checks of a database, in the order in which they were added.
 #[derive(Default)]
@@ -49,7 +50,8 @@ impl Checks {
     /// Returns the changes that wait for the next start.
     pub(super) fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Change> {
         let checks = lock(&self.restarts).clone();
-        let places: BTreeSet<usize> = checks.iter().flat_map(|check| check(configuration, changes)).collect();
+        let places: SortedSet<usize> =
+            checks.iter().flat_map(|check| check(configuration, changes)).collect();
         places.into_iter().filter_map(|place| changes.get(place).cloned()).collect()
     }
 }

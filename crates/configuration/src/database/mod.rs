@@ -15,7 +15,6 @@ mod session;
 mod watch;
 mod write;
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -38,6 +37,7 @@ pub use proposal::Proposal;
 use proposal::ProposalFiles;
 pub use save::SaveTo;
 use session::ChangeSession;
+use slate_sorted::SortedSet;
 pub use watch::{Edit, Watch};
 
 /// Configuration of a running agent, with the changes made at run time.
@@ -255,7 +255,7 @@ impl Database {
     /// change by [`set`](Self::set) does not wait: it holds at once or is refused.
     pub fn wait_with(
         &self,
-        check: impl Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync + 'static,
+        check: impl Fn(&Configuration, &[Change]) -> SortedSet<usize> + Send + Sync + 'static,
     ) {
         self.shared.checks.add_restart_check(Arc::new(check));
     }

@@ -1,5 +1,6 @@
-use std::collections::BTreeMap;
 use std::convert::Infallible;
+
+use slate_sorted::SortedMap;
 
 use super::*;
 
@@ -146,7 +147,7 @@ impl Database {
     pub fn replace(
         &self,
         settings: &[(String, Option<String>)],
-        unset: &BTreeMap<String, String>,
+        unset: &SortedMap<String, String>,
     ) -> Result<Proposal, Report> {
         let mut state = self.state();
         for (path, _) in settings {

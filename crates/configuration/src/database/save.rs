@@ -1,6 +1,6 @@
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use slate_sorted::SortedMap;
 use toml_edit::DocumentMut;
 
 use super::super::files;
@@ -92,7 +92,7 @@ impl Database {
     /// Returns the files with the changes in them.
     fn edit(&self, state: &DatabaseState, to: SaveTo) -> Result<Vec<Edited>, Report> {
         let configuration = &*state.configuration;
-        let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
+        let mut documents: SortedMap<usize, DocumentMut> = SortedMap::new();
         let of_others = self.files_of_others(configuration);
         let is_of_others =
             |path: &Path| state.files.get(path).is_none_or(|file| of_others.contains(&file.canonical));
@@ -157,7 +157,7 @@ impl Database {
     }
 
     /// Returns the files that other agents of the same file read too.
-    fn files_of_others(&self, configuration: &Configuration) -> BTreeSet<PathBuf> {
+    fn files_of_others(&self, configuration: &Configuration) -> SortedSet<PathBuf> {
         let SharedDatabase { main, options, .. } = &*self.shared;
         let others = configuration.described.iter().flat_map(|described| &described.others);
         let read = others.flat_map(|other| {

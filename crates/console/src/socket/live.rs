@@ -5,13 +5,13 @@
 //! "sequence", "time", "value"}`, or in the form `binary` the bytes 1, id (u32), time (u64), sequence (u64), all little-endian,
 //! and the value as it lies in memory. A slow reader gets the newest value of each; nothing is buffered for it.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::{Access, Url};
+use slate_sorted::SortedMap;
 use tokio::sync::mpsc;
 use tokio::time::Instant;
 
@@ -92,7 +92,7 @@ pub(super) async fn serve(client: SocketClient, mut sink: Sink, mut listener: Li
     };
     let surface = Arc::clone(&client.surface);
     let sending = async move {
-        let mut subscriptions = BTreeMap::new();
+        let mut subscriptions = SortedMap::new();
         let mut last_ping = Instant::now();
         loop {
             let received = tokio::time::timeout(POLL_PERIOD, requests.recv()).await;
@@ -125,7 +125,7 @@ async fn send_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
 /// Handles a request; returns its answer.
 fn handle(
     surface: &Arc<ControlSurface>,
-    subscriptions: &mut BTreeMap<u32, LiveSubscription>,
+    subscriptions: &mut SortedMap<u32, LiveSubscription>,
     text: &str,
 ) -> Vec<Json> {
     let request: LiveRequest = match serde_json::from_str(text) {
@@ -203,7 +203,7 @@ fn subscribe(
 /// Sends the new values that are due; false when the client is gone.
 async fn send_due(
     surface: &Arc<ControlSurface>,
-    subscriptions: &mut BTreeMap<u32, LiveSubscription>,
+    subscriptions: &mut SortedMap<u32, LiveSubscription>,
     sink: &mut Sink,
 ) -> bool {
     let now = Instant::now();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::{Value as Json, json};
-use slate_record::bag;
+use slate_bag as bag;
 use slate_test_tools::{node_packages, run};
 
 use crate::agent::Running;

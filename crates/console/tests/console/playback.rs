@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value as Json, json};
+use slate_bag::{Channel, Compression, Header, Schema, Writer};
 use slate_console::{Console, Settings};
 use slate_record::Recorder;
-use slate_record::bag::{Channel, Compression, Header, Schema, Writer};
-use slate_record::replay::{Plan, Player};
+use slate_replay::{Plan, Player};
 use slate_runtime::configuration::{Database, Options as Sources};
 use slate_runtime::{Agent, Options, RecordedTimes};
 

@@ -3,7 +3,7 @@
 use std::io::{BufReader, Write};
 
 use serde_json::{Value as Json, json};
-use slate_record::bag;
+use slate_bag as bag;
 
 use crate::agent::Running;
 use crate::client::reply;

@@ -1,12 +1,12 @@
 //! Queries of clients to another agent, through one that knows it.
 
-use std::collections::BTreeSet;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Duration;
 
 use serde_json::json;
 use slate_blackboard::{Access, nearest_names, nearest_paths};
+use slate_sorted::SortedSet;
 
 use super::refusal::{Done, reading, refusal, result};
 use crate::entries::{PropertyEntry, Refusal, RemoteSnapshotEntry};
@@ -133,7 +133,7 @@ impl RemoteAgents {
     /// Returns the known agents with names similar to an unknown one.
     fn nearest_agents(&self, agent: &str) -> Vec<String> {
         let peers = super::peers::peers(&self.composer).peers.into_iter().map(|peer| peer.agent);
-        let known: BTreeSet<String> =
+        let known: SortedSet<String> =
             agents().into_iter().chain(self.composer.named_agents()).chain(peers).collect();
         if known.contains(agent) {
             return Vec::new();
@@ -195,7 +195,7 @@ impl RemoteAgents {
     fn unknown_property(&self, agent: &str, path: &str) -> Refusal {
         let all = self.query(agent, "**", false).unwrap_or_default();
         let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
-        let modules = || -> BTreeSet<&str> {
+        let modules = || -> SortedSet<&str> {
             all.iter().filter_map(|property| property.path.split('/').next()).take(100).collect()
         };
         let near = match (near.is_empty(), modules()) {

@@ -1,11 +1,11 @@
 //! Live values for tools: new values, their rate, and replacing one.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use slate_blackboard::{BoardError, Property, Watching, interface};
+use slate_sorted::SortedMap;
 
 use super::properties::PropertyDirectory;
 use super::refusal::{Done, KNOWN, reading, refusal, result};
@@ -136,7 +136,7 @@ impl ValueWatch {
         }
         let (now, lost_since) = (self.properties.composer().now(), self.lost());
         let measured = targets.into_iter().map(|(url, series, _)| {
-            let of = |lost: &BTreeMap<String, u64>| lost.get(series.property.path()).copied().unwrap_or(0);
+            let of = |lost: &SortedMap<String, u64>| lost.get(series.property.path()).copied().unwrap_or(0);
             let lost = of(&lost_since).saturating_sub(of(&lost));
             series.measured(url.clone(), now, lost)
         });
@@ -144,8 +144,8 @@ impl ValueWatch {
     }
 
     /// Returns the losses of queue readers so far, by the path of the property.
-    fn lost(&self) -> BTreeMap<String, u64> {
-        let mut lost = BTreeMap::new();
+    fn lost(&self) -> SortedMap<String, u64> {
+        let mut lost = SortedMap::new();
         for link in self.properties.composer().links() {
             let (Some((_, count)), Ok((property, _))) =
                 (link.queue, self.properties.board().find(link.from.trim_start_matches('/')))

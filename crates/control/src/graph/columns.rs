@@ -1,6 +1,6 @@
 //! Columns of a graph's nodes.
 
-use std::collections::BTreeSet;
+use slate_sorted::SortedSet;
 
 use super::model::ModuleGraph;
 
@@ -23,7 +23,7 @@ pub(super) fn columns(graph: &ModuleGraph) -> Vec<usize> {
         surplus(*one).cmp(&surplus(*other)).then_with(names)
     });
     let (mut is_open, mut is_seen) = (vec![false; count], vec![false; count]);
-    let mut loops = BTreeSet::new();
+    let mut loops = SortedSet::new();
     let mut done = Vec::new();
     for start in order {
         if is_seen[start] {

@@ -1,8 +1,7 @@
 //! Order of nodes and edges in columns and lanes.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_module::math::{max, min};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::columns::columns;
 use super::model::{GraphEdge, ModuleGraph};
@@ -99,7 +98,7 @@ pub(super) struct Layering<'a> {
 impl<'a> Layering<'a> {
     pub fn new(graph: &'a ModuleGraph, sizes: &'a [(f64, f64)]) -> Self {
         let columns = columns(graph);
-        let groups: BTreeSet<&str> = (0..graph.nodes.len()).map(|node| graph.group(node)).collect();
+        let groups: SortedSet<&str> = (0..graph.nodes.len()).map(|node| graph.group(node)).collect();
         let groups: Vec<&str> = groups.into_iter().collect();
         let lane = |name: &&str| Lane { name: (*name).to_owned(), ..Lane::default() };
         let mut lanes: Vec<Lane> = groups.iter().map(lane).collect();
@@ -133,7 +132,7 @@ impl<'a> Layering<'a> {
     /// Adds the passes of all edges. Edges of one source pass together.
     pub fn add_edges(&mut self) {
         let graph = self.graph;
-        let mut known = BTreeMap::new();
+        let mut known = SortedMap::new();
         for edge in &graph.edges {
             let mut own = Vec::new();
             if self.is_back(edge) {

@@ -4,10 +4,9 @@
 //! Own code: `rust-sugiyama` returns positions of nodes alone, and knows neither lanes nor the place of an edge that passes a
 //! column.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_module::math::{clamp, max};
+use slate_sorted::SortedMap;
 
 use super::layering::{Lane, Layering, MARGIN, TITLE_HEIGHT, TRACK_SPACING};
 use super::model::{GraphEdge, ModuleGraph};
@@ -149,7 +148,7 @@ impl Layering<'_> {
 
     fn routes(&self, gap: f64, left: &dyn Fn(usize) -> f64, border: &dyn Fn(usize) -> f64) -> Vec<EdgeRoute> {
         // Sources of edges into other lanes share the space behind their column.
-        let mut trunks: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut trunks: SortedMap<usize, Vec<usize>> = SortedMap::new();
         for edge in self.graph.edges.iter().filter(|edge| !self.is_back(edge) && self.is_across(edge)) {
             let own = trunks.entry(self.columns[edge.from]).or_default();
             if !own.contains(&edge.from) {

@@ -1,9 +1,8 @@
 //! Nodes and edges.
 
-use std::collections::BTreeSet;
-
 use serde::{Deserialize, Serialize};
 use slate_runtime::configuration::ExternalUrl;
+use slate_sorted::SortedSet;
 
 /// Modules, gates and links of an agent.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -159,10 +158,10 @@ impl ModuleGraph {
     /// Returns the pairs of nodes along the data flow.
     /// A sender comes before the receiver of its messages, whose answer closes a loop, as does a value of the last
     /// cycle.
-    pub(super) fn forward_pairs(&self) -> BTreeSet<(usize, usize)> {
+    pub(super) fn forward_pairs(&self) -> SortedSet<(usize, usize)> {
         let pairs = |flow| {
             let edges = self.edges.iter().filter(move |edge| edge.flow == flow);
-            edges.map(|edge| (edge.from, edge.to)).collect::<BTreeSet<_>>()
+            edges.map(|edge| (edge.from, edge.to)).collect::<SortedSet<_>>()
         };
         let sent = pairs(Flow::Messages);
         let answers =

@@ -1,9 +1,9 @@
 //! Graph of modules and links, with the positions of a drawing.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
+use slate_sorted::SortedMap;
 
 use super::{TOKEN, shape};
 use crate::Role;
@@ -99,7 +99,7 @@ fn graph(agent: &AgentControl) -> ModuleGraph {
     let links = composer.links().into_iter();
     let configuration = agent.settings.database.as_ref().map(|database| database.current());
     let configured = configuration.iter().flat_map(|configuration| configuration.actuators());
-    let mut commands: BTreeMap<&str, Vec<String>> = configured
+    let mut commands: SortedMap<&str, Vec<String>> = configured
         .map(|actuator| {
             let commands = actuator.commands.iter().map(|command| command.value.to_string());
             (actuator.name.value.as_str(), commands.collect())

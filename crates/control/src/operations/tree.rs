@@ -1,6 +1,5 @@
 //! Listings: the agent, its properties, interfaces and documents.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyper::StatusCode;
@@ -8,6 +7,7 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::Property;
 use slate_blackboard::interface::Descriptor;
 use slate_runtime::ErrorCode;
+use slate_sorted::SortedMap;
 
 use super::{API_VERSION, TOKEN, shape};
 use crate::Role;
@@ -121,8 +121,8 @@ fn entry(surface: &ControlSurface, property: &Property, values: bool) -> Json {
 
 /// Returns the interfaces of all properties, by name.
 /// Of two with one name, that of the first property.
-fn known(surface: &ControlSurface) -> BTreeMap<&'static str, &'static Descriptor> {
-    let mut known = BTreeMap::new();
+fn known(surface: &ControlSurface) -> SortedMap<&'static str, &'static Descriptor> {
+    let mut known = SortedMap::new();
     for property in surface.board().properties() {
         known.entry(property.descriptor().name).or_insert(property.descriptor());
     }

@@ -1,7 +1,8 @@
-use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
+
+use slate_sorted::SortedMap;
 
 use super::Arena;
 
@@ -12,7 +13,7 @@ pub struct Arenas {
     /// Program that runs an isolated module; this program if `None`.
     pub program: Option<PathBuf>,
     host: Weak<Arena>,
-    own: BTreeMap<String, Weak<Arena>>,
+    own: SortedMap<String, Weak<Arena>>,
 }
 
 impl Arenas {

@@ -1,6 +1,5 @@
 //! Modules in Python: their source files, and the interpreter that runs them.
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,6 +7,7 @@ use std::process::Command;
 use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::encode_interface;
+use slate_sorted::SortedMap;
 
 use crate::library::Library;
 
@@ -20,17 +20,17 @@ pub struct PythonSource {
     pub copy: PathBuf,
     /// Interfaces of the agent's other modules, by name.
     /// `encode_interface` has written them.
-    pub interfaces: BTreeMap<String, Vec<u8>>,
+    pub interfaces: SortedMap<String, Vec<u8>>,
 }
 
 /// Encodes interfaces, with those inside them, by their names.
-pub(crate) fn encode_interfaces(descriptors: &[&'static Descriptor]) -> BTreeMap<String, Vec<u8>> {
-    let mut encoded = BTreeMap::new();
+pub(crate) fn encode_interfaces(descriptors: &[&'static Descriptor]) -> SortedMap<String, Vec<u8>> {
+    let mut encoded = SortedMap::new();
     descriptors.iter().for_each(|descriptor| add_interface(descriptor, &mut encoded));
     encoded
 }
 
-fn add_interface(descriptor: &'static Descriptor, encoded: &mut BTreeMap<String, Vec<u8>>) {
+fn add_interface(descriptor: &'static Descriptor, encoded: &mut SortedMap<String, Vec<u8>>) {
     if encoded.contains_key(descriptor.name) {
         return;
     }
@@ -41,7 +41,7 @@ fn add_interface(descriptor: &'static Descriptor, encoded: &mut BTreeMap<String,
     descriptor.fields.iter().for_each(|field| add_nested(&field.kind, encoded));
 }
 
-fn add_nested(kind: &Kind, encoded: &mut BTreeMap<String, Vec<u8>>) {
+fn add_nested(kind: &Kind, encoded: &mut SortedMap<String, Vec<u8>>) {
     match kind {
         Kind::Nested(descriptor) => add_interface(descriptor, encoded),
         Kind::Optional(item) | Kind::Array(item, _) | Kind::Sequence(item, _) | Kind::Tail(item) => {

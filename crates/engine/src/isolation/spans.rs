@@ -1,8 +1,8 @@
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 /// Free spans of an arena: offset to length, bytes; adjacent ones are merged.
 #[derive(Debug)]
-pub(super) struct Spans(BTreeMap<usize, usize>);
+pub(super) struct Spans(SortedMap<usize, usize>);
 
 /// Granularity of allocation, bytes: a cache line, against false sharing.
 /// So one process does not slow another down.
@@ -15,7 +15,7 @@ fn round_up(size: usize) -> Option<usize> {
 impl Spans {
     /// Returns spans with `length` free bytes.
     pub fn new(length: usize) -> Self {
-        Self(BTreeMap::from([(0, length)]))
+        Self(SortedMap::from([(0, length)]))
     }
 
     /// Allocates the first span that fits; `align` is a power of two.

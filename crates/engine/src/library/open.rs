@@ -1,6 +1,5 @@
 //! Opening a library, and closing it.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use libloading::os::unix;
 use slate_module::table::{ABI, RobotCall};
 use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable, read_robot};
+use slate_sorted::SortedMap;
 
 use super::copy::PrivateCopy;
 use super::runtime_of_cpp::CppRuntime;
@@ -24,7 +24,7 @@ pub(crate) struct Library {
     /// File that was copied; `None` if another process did.
     source: Option<PathBuf>,
     /// Interfaces of the agent, for modules in Python.
-    interfaces: BTreeMap<String, Vec<u8>>,
+    interfaces: SortedMap<String, Vec<u8>>,
     /// Hash of the file; `None` if the copy belongs to another process.
     code: Option<u64>,
     /// Private copy, dropped after the library; `None` if another process owns it.
@@ -42,7 +42,7 @@ impl Library {
         let code = Some(copy.hash()?);
         let residence = Arc::clone(&residence.0);
         let source = Some(std::path::absolute(file)?);
-        let (interfaces, file) = (BTreeMap::new(), copy.file().into());
+        let (interfaces, file) = (SortedMap::new(), copy.file().into());
         Ok(Self { handle: None, copy: file, source, interfaces, code, _own: Some(copy), residence })
     }
 
@@ -52,13 +52,13 @@ impl Library {
     }
 
     /// Sets the interfaces of the agent, for modules in Python.
-    pub(crate) fn with_interfaces(mut self, interfaces: BTreeMap<String, Vec<u8>>) -> Self {
+    pub(crate) fn with_interfaces(mut self, interfaces: SortedMap<String, Vec<u8>>) -> Self {
         self.interfaces = interfaces;
         self
     }
 
     /// Returns the interfaces of the agent, by their names.
-    pub(crate) fn interfaces(&self) -> &BTreeMap<String, Vec<u8>> {
+    pub(crate) fn interfaces(&self) -> &SortedMap<String, Vec<u8>> {
         &self.interfaces
     }
 
@@ -113,7 +113,7 @@ pub fn open_in_place(copy: &Path) -> Result<Plugin, LibraryError> {
         handle: None,
         copy: copy.into(),
         source: None,
-        interfaces: BTreeMap::new(),
+        interfaces: SortedMap::new(),
         code: None,
         _own: None,
         residence,

@@ -16,7 +16,6 @@ mod tail;
 mod target;
 mod thread;
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,6 +24,7 @@ use std::time::Duration;
 
 use slate_blackboard::{Board, BoardError};
 use slate_module::Level;
+use slate_sorted::SortedMap;
 
 use crate::background::set_batch_scheduling;
 use crate::clock::Clock;
@@ -81,7 +81,7 @@ struct Counts {
 /// Levels and sources of all modules; locked to change levels, never in a tick.
 struct Modules {
     levels: Levels,
-    sources: BTreeMap<Arc<str>, Arc<LogSource>>,
+    sources: SortedMap<Arc<str>, Arc<LogSource>>,
 }
 
 impl fmt::Debug for Logger {
@@ -116,7 +116,7 @@ impl Logger {
             counts,
             modules: Mutex::new(Modules {
                 levels: settings.levels,
-                sources: BTreeMap::from([(name, source)]),
+                sources: SortedMap::from([(name, source)]),
             }),
         })
     }

@@ -1,7 +1,8 @@
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::Record;
 
@@ -18,11 +19,11 @@ const MESSAGE_LIMIT: usize = 4096;
 pub(super) struct Repeats {
     /// Maximum number of lines of one text in a window; 0 for no limit.
     limit: u64,
-    counts: BTreeMap<Arc<MessageKey>, RepetitionCount>,
+    counts: SortedMap<Arc<MessageKey>, RepetitionCount>,
     /// All that was seen, by the beginning of the window.
     windows: VecDeque<Arc<MessageKey>>,
     /// Suppressed texts by module that were not summed up yet in this window.
-    unreported: BTreeSet<Arc<MessageKey>>,
+    unreported: SortedSet<Arc<MessageKey>>,
     pub suppressed: u64,
 }
 
@@ -50,9 +51,9 @@ impl Repeats {
     pub fn new(limit: u64) -> Self {
         Self {
             limit,
-            counts: BTreeMap::new(),
+            counts: SortedMap::new(),
             windows: VecDeque::new(),
-            unreported: BTreeSet::new(),
+            unreported: SortedSet::new(),
             suppressed: 0,
         }
     }

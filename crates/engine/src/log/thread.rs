@@ -1,10 +1,10 @@
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slate_module::Level;
+use slate_sorted::SortedMap;
 
 use super::LogCounts;
 use super::buffer::{ReceiveError, Receiver};
@@ -27,7 +27,7 @@ pub(super) struct Thread {
     counts: Arc<Counts>,
     lockstep: bool,
     /// Modules that have logged, for reports of lines dropped since.
-    sources: BTreeMap<Arc<str>, Arc<LogSource>>,
+    sources: SortedMap<Arc<str>, Arc<LogSource>>,
     /// Time of the newest line, ns.
     time: u64,
 }
@@ -40,7 +40,7 @@ impl Thread {
         lockstep: bool,
     ) -> Self {
         let output = Output { targets, tail: None, written: 0 };
-        Self { output, repeats, counts, lockstep, sources: BTreeMap::new(), time: 0 }
+        Self { output, repeats, counts, lockstep, sources: SortedMap::new(), time: 0 }
     }
 
     /// Handles messages until all senders were dropped.

@@ -1,9 +1,9 @@
 //! Plan of the loop: the stages of its schedule, with their modules.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::Stage;
+use slate_sorted::SortedMap;
 
 use super::gauges::StageGauge;
 use super::takeover::{StageRequest, Takeover};
@@ -26,7 +26,7 @@ pub(super) struct PlanParts {
     /// Modules with threads of their own.
     pub threaded: Vec<Arc<RunnerCell>>,
     /// Measurements of the stages of all plans, by name.
-    pub gauges: BTreeMap<Arc<str>, Arc<StageGauge>>,
+    pub gauges: SortedMap<Arc<str>, Arc<StageGauge>>,
 }
 
 /// Stages of the loop and their modules in execution order.

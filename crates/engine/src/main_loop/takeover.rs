@@ -1,12 +1,12 @@
 //! Takeover of the loop by a module: request and execution.
 
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use crossbeam_queue::ArrayQueue;
 use slate_blackboard::wake::Wake;
+use slate_sorted::SortedMap;
 
 use super::{LoopPolicy, LoopPosition, Schedule};
 
@@ -228,11 +228,11 @@ impl Takeover {
 #[derive(Default)]
 pub struct Takeovers {
     numbers: Arc<AtomicU64>,
-    slots: Mutex<BTreeMap<Arc<str>, Arc<Takeover>>>,
+    slots: Mutex<SortedMap<Arc<str>, Arc<Takeover>>>,
 }
 
 impl Takeovers {
-    fn slots(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Takeover>>> {
+    fn slots(&self) -> MutexGuard<'_, SortedMap<Arc<str>, Arc<Takeover>>> {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,12 +1,11 @@
 //! State of a module's runner between two ticks, for a snapshot.
 //! It has all that the runner knows beside the instance.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_blackboard::channel::Cursor;
 use slate_blackboard::{Board, BoardError, bytes};
 use slate_module::{PortDescription, Random};
+use slate_sorted::SortedMap;
 
 use super::{Conversions, EntryPorts, Inputs, LinkEnd, Measured, Runner};
 use crate::{MailboxSnapshot, PropertySnapshot};
@@ -45,19 +44,19 @@ pub struct RunnerSnapshot {
     /// Missed deadlines.
     pub misses: u64,
     /// Inputs by port.
-    pub inputs: BTreeMap<String, InputSnapshot>,
+    pub inputs: SortedMap<String, InputSnapshot>,
     /// Cursors of queues by port.
-    pub queues: BTreeMap<String, Cursor>,
+    pub queues: SortedMap<String, Cursor>,
     /// Messages that wait, by port.
-    pub inboxes: BTreeMap<String, MailboxSnapshot>,
+    pub inboxes: SortedMap<String, MailboxSnapshot>,
     /// Indices of outputs in the order of all, for the digest.
-    pub outputs: BTreeMap<String, u32>,
+    pub outputs: SortedMap<String, u32>,
     /// Outboxes by port.
-    pub outboxes: BTreeMap<String, OutboxSnapshot>,
+    pub outboxes: SortedMap<String, OutboxSnapshot>,
     /// True if links have changed since the last step.
     pub rewired: bool,
     /// Conversions of links that do not fit the port directly.
-    pub conversions: BTreeMap<String, ConversionSnapshot>,
+    pub conversions: SortedMap<String, ConversionSnapshot>,
 }
 
 /// State of an input.
@@ -129,9 +128,9 @@ impl Runner {
             panics_in_a_row: 0,
             last_panic: 0,
             misses: 0,
-            queues: BTreeMap::new(),
-            inboxes: BTreeMap::new(),
-            outboxes: BTreeMap::new(),
+            queues: SortedMap::new(),
+            inboxes: SortedMap::new(),
+            outboxes: SortedMap::new(),
         };
         self.status.snapshot(&mut saved);
         self.entries.snapshot(ports, &mut saved);
@@ -155,7 +154,7 @@ impl Runner {
     pub fn restore_written(
         &mut self,
         board: &Board,
-        properties: &BTreeMap<String, PropertySnapshot>,
+        properties: &SortedMap<String, PropertySnapshot>,
     ) -> Result<(), BoardError> {
         for output in &mut self.outputs.ports {
             if let Some(saved) = properties.get(output.property.path()) {
@@ -198,7 +197,7 @@ impl Runner {
 }
 
 impl Inputs {
-    fn snapshot(&self, ports: &[PortDescription]) -> BTreeMap<String, InputSnapshot> {
+    fn snapshot(&self, ports: &[PortDescription]) -> SortedMap<String, InputSnapshot> {
         let inputs = self.ports.iter().zip(&self.readers).map(|(input, reader)| {
             let saved = InputSnapshot { cursor: reader.cursor(), seen: input.seen, missed: input.missed };
             (ports[input.slot as usize].name.clone(), saved)
@@ -206,7 +205,7 @@ impl Inputs {
         inputs.collect()
     }
 
-    fn restore(&mut self, ports: &[PortDescription], saved: &BTreeMap<String, InputSnapshot>) {
+    fn restore(&mut self, ports: &[PortDescription], saved: &SortedMap<String, InputSnapshot>) {
         for (input, reader) in self.ports.iter_mut().zip(&mut self.readers) {
             if let Some(saved) = saved.get(&ports[input.slot as usize].name) {
                 (input.seen, input.missed) = (saved.seen, saved.missed);
@@ -217,7 +216,7 @@ impl Inputs {
 }
 
 impl Conversions {
-    fn snapshot(&self, ports: &[PortDescription]) -> BTreeMap<String, ConversionSnapshot> {
+    fn snapshot(&self, ports: &[PortDescription]) -> SortedMap<String, ConversionSnapshot> {
         let all = self.all.iter().map(|conversion| {
             let sources = conversion.sources.iter().map(|source| SourceSnapshot {
                 cursor: self.sources[source.reader].cursor(),
@@ -232,7 +231,7 @@ impl Conversions {
         all.collect()
     }
 
-    fn restore(&mut self, ports: &[PortDescription], saved: &BTreeMap<String, ConversionSnapshot>) {
+    fn restore(&mut self, ports: &[PortDescription], saved: &SortedMap<String, ConversionSnapshot>) {
         for conversion in &mut self.all {
             let Some(saved) = saved.get(&end_name(conversion.link_end, ports)) else { continue };
             let value = conversion.value.bytes_mut(conversion.bytes);

@@ -26,13 +26,13 @@ mod member;
 mod point;
 mod waiter_slots;
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError};
 
 pub use emitter::Emitter;
 pub use point::{Count, Late, Mark, Point, TimedOut};
 
 use member::Member;
+use slate_sorted::SortedMap;
 use sync::{AtomicBool, Mutex, Ordering};
 
 /// Atomics and locks of the standard library, or those of a checker.
@@ -87,7 +87,7 @@ pub struct Synchronization {
 
 #[derive(Debug, Default)]
 struct Points {
-    by_name: BTreeMap<Arc<str>, Arc<Point>>,
+    by_name: SortedMap<Arc<str>, Arc<Point>>,
     /// Emitters that ever were.
     emitters: u64,
 }

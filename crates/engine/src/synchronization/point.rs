@@ -1,6 +1,7 @@
-use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
+
+use slate_sorted::SortedMap;
 
 use super::member::Member;
 use super::sync::{AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering};
@@ -27,10 +28,10 @@ impl Count {
 
 /// Numbers of emits of all emitters of a point at one time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Mark(BTreeMap<u64, u64>);
+pub struct Mark(SortedMap<u64, u64>);
 
 impl Mark {
-    fn from_members(members: &BTreeMap<u64, Arc<Member>>) -> Self {
+    fn from_members(members: &SortedMap<u64, Arc<Member>>) -> Self {
         Self(members.iter().map(|(number, member)| (*number, member.emitted())).collect())
     }
 }
@@ -74,7 +75,7 @@ pub struct Point {
     /// True once the point, or one above it, was requested.
     requested: AtomicBool,
     /// Emitters here and below; not used by an emit.
-    members: Mutex<BTreeMap<u64, Arc<Member>>>,
+    members: Mutex<SortedMap<u64, Arc<Member>>>,
 }
 
 impl Point {
@@ -86,7 +87,7 @@ impl Point {
             parent,
             count: AtomicU64::new(0),
             waiter_slots: WaiterSlots::default(),
-            members: Mutex::new(BTreeMap::new()),
+            members: Mutex::new(SortedMap::new()),
         }
     }
 
@@ -167,7 +168,7 @@ impl Point {
         self.notify(0);
     }
 
-    fn members(&self) -> MutexGuard<'_, BTreeMap<u64, Arc<Member>>> {
+    fn members(&self) -> MutexGuard<'_, SortedMap<u64, Arc<Member>>> {
         self.members.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

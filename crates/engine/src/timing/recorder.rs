@@ -1,6 +1,7 @@
-use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
 use std::sync::Arc;
+
+use slate_sorted::SortedMap;
 
 use super::events::Events;
 use super::span::Span;
@@ -68,7 +69,7 @@ pub struct Recorder<W: Write> {
     labels: Labels,
     lanes: Vec<RingReader>,
     /// Index in `recorded` by the number of the track.
-    track_indices: BTreeMap<usize, usize>,
+    track_indices: SortedMap<usize, usize>,
     recorded: Recorded,
 }
 
@@ -111,7 +112,7 @@ impl<W: Write> Recorder<W> {
             events,
             labels: Labels::default(),
             lanes,
-            track_indices: BTreeMap::new(),
+            track_indices: SortedMap::new(),
             recorded: Recorded { from, to: from, tracks: Vec::new() },
         })
     }

@@ -1,11 +1,11 @@
 //! Files of the UTIAS data set.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use slate_interfaces::Pose2;
 use slate_module::math;
+use slate_sorted::SortedMap;
 
 use crate::DataError;
 
@@ -59,11 +59,11 @@ impl LandmarkLog {
         let file = |name: &str| folder.join(format!("Robot{robot}_{name}.dat"));
         let odometry = rows::<3>(&file("Odometry"))?;
         let begin = odometry.first().map_or(0.0, |row| row[0]);
-        let subjects: BTreeMap<u32, u32> = rows::<2>(&folder.join("Barcodes.dat"))?
+        let subjects: SortedMap<u32, u32> = rows::<2>(&folder.join("Barcodes.dat"))?
             .iter()
             .map(|row| (row[1] as u32, row[0] as u32))
             .collect();
-        let places: BTreeMap<u32, [f64; 2]> = rows::<3>(&folder.join("Landmark_Groundtruth.dat"))?
+        let places: SortedMap<u32, [f64; 2]> = rows::<3>(&folder.join("Landmark_Groundtruth.dat"))?
             .iter()
             .map(|row| (row[0] as u32, [row[1], row[2]]))
             .collect();

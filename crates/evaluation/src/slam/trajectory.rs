@@ -1,11 +1,10 @@
 //! Poses at the rate of the odometry.
 
-use std::collections::BTreeMap;
-
 use slate_interfaces::Pose2;
 use slate_module::math;
 use slate_slam::carmen::{LaserLog, LoggedPose};
 use slate_slam::se2;
+use slate_sorted::SortedMap;
 
 /// Returns times, ascending, and poses of the odometry's lines.
 /// They follow from the poses of scans: between two scans the odometry is bent so that it joins them, in proportion to
@@ -35,7 +34,7 @@ pub fn trajectory(log: &LaserLog, poses: &[Pose2]) -> Vec<(f64, Pose2)> {
 /// Returns the times of the odometry's lines, with rounding undone.
 /// Those that the log has rounded to the same time are spread over the interval of times that are rounded to it.
 fn spread_times(log: &LaserLog) -> Vec<f64> {
-    let mut at_time: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    let mut at_time: SortedMap<u64, Vec<usize>> = SortedMap::new();
     for (at, line) in log.odometry.iter().enumerate() {
         at_time.entry(line.time.to_bits()).or_default().push(at);
     }

@@ -1,9 +1,8 @@
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_interfaces::FactHead;
 use slate_module::blackboard::interface::Plain;
 use slate_module::{Output, Text};
+use slate_sorted::SortedMap;
 
 use super::table::FactTable;
 
@@ -27,7 +26,7 @@ const RETRACTIONS: usize = 1024;
 /// nothing. Allocates only for a new key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statements<T> {
-    entries: BTreeMap<String, Statement<T>>,
+    entries: SortedMap<String, Statement<T>>,
     /// Time of the newest write, if unchanged since.
     written: Option<u64>,
 }
@@ -44,7 +43,7 @@ struct Statement<T> {
 
 impl<T> Default for Statements<T> {
     fn default() -> Self {
-        Self { entries: BTreeMap::new(), written: None }
+        Self { entries: SortedMap::new(), written: None }
     }
 }
 

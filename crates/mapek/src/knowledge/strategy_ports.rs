@@ -1,6 +1,5 @@
-use std::collections::BTreeSet;
-
 use slate_module::{Input, Output, Queue, Sequence, Text, Tick, ports};
+use slate_sorted::SortedSet;
 
 use super::plans::{PlanDescription, PlanLibrary, PlanOutcome, Role};
 use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
@@ -71,7 +70,7 @@ fn warn_of_role(role: &str, library: &PlanLibrary, now: &Tick) {
     if role.is_empty() || library.plans.is_empty() {
         return;
     }
-    let roles: BTreeSet<_> = library.plans.iter().map(|plan| plan.role.as_str()).collect();
+    let roles: SortedSet<_> = library.plans.iter().map(|plan| plan.role.as_str()).collect();
     let roles: Vec<_> = roles.into_iter().collect();
     now.warn(format_args!("no plan for the role `{role}`; roles with plans: {}", roles.join(", ")));
 }

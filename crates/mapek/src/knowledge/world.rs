@@ -1,6 +1,5 @@
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use slate_module::blackboard::interface::Plain;
 
@@ -17,7 +16,7 @@ use super::{Fact, FactTable, Facts, Merge, Version};
 pub struct WorldModel<K, T> {
     // A list of pairs, as a map's keys must be text in some formats.
     #[serde(with = "pairs")]
-    facts: BTreeMap<K, Facts<T>>,
+    facts: SortedMap<K, Facts<T>>,
     /// Revision of the newest table.
     #[serde(default)]
     revision: u64,
@@ -25,7 +24,7 @@ pub struct WorldModel<K, T> {
 
 impl<K: Ord, T> Default for WorldModel<K, T> {
     fn default() -> Self {
-        Self { facts: BTreeMap::new(), revision: 0 }
+        Self { facts: SortedMap::new(), revision: 0 }
     }
 }
 
@@ -55,7 +54,7 @@ impl<K: Ord, T> WorldModel<K, T> {
             return Vec::new();
         }
         self.revision = table.head.revision;
-        let mut facts: BTreeMap<K, Facts<T>> = BTreeMap::new();
+        let mut facts: SortedMap<K, Facts<T>> = SortedMap::new();
         let versions = |facts: &Facts<T>| -> Vec<(u32, Version)> {
             facts.all().iter().map(|fact| (fact.origin, fact.version)).collect()
         };
@@ -84,12 +83,12 @@ impl<K: Ord, T> WorldModel<K, T> {
 }
 
 mod pairs {
-    use std::collections::BTreeMap;
+    use slate_sorted::SortedMap;
 
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned};
 
     pub fn serialize<K: Serialize, V: Serialize, S: Serializer>(
-        map: &BTreeMap<K, V>,
+        map: &SortedMap<K, V>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(map)
@@ -97,7 +96,7 @@ mod pairs {
 
     pub fn deserialize<'de, K: Ord + DeserializeOwned, V: DeserializeOwned, D: Deserializer<'de>>(
         deserializer: D,
-    ) -> Result<BTreeMap<K, V>, D::Error> {
+    ) -> Result<SortedMap<K, V>, D::Error> {
         Ok(Vec::<(K, V)>::deserialize(deserializer)?.into_iter().collect())
     }
 }

@@ -1,10 +1,9 @@
 //! Checks of a robot by itself; the loader checks the rest.
 
-use std::collections::BTreeMap;
-
 use slate_module::blackboard::interface::Value;
 use slate_module::blackboard::nearest_names;
 use slate_module::{Description, Direction, PortDescription, parse_duration};
+use slate_sorted::SortedMap;
 
 use super::content::{AttachedLink, GateEntry, Place, RobotContent, RobotModule, RobotProgram};
 use super::error::{RobotError, RobotErrors, RobotProblem};
@@ -14,7 +13,7 @@ use crate::port::role;
 /// Reads the whole content; all errors in the order of the program.
 pub fn check(content: &RobotProgram) -> Result<(), RobotErrors> {
     let mut errors = Vec::new();
-    let mut names = BTreeMap::new();
+    let mut names = SortedMap::new();
     for robot in &content.robots {
         let mut problems = FoundProblems { robot, found: Vec::new() };
         problems.name(&robot.name, robot.place);
@@ -31,7 +30,7 @@ pub fn check(content: &RobotProgram) -> Result<(), RobotErrors> {
 
 /// Checks that each kind has one code.
 fn kinds(content: &RobotProgram, errors: &mut Vec<RobotError>) {
-    let mut codes: BTreeMap<&str, &RobotModule> = BTreeMap::new();
+    let mut codes: SortedMap<&str, &RobotModule> = SortedMap::new();
     for robot in &content.robots {
         for module in &robot.modules {
             let first = *codes.entry(module.kind.name()).or_insert(module);
@@ -60,7 +59,7 @@ impl<'a> FoundProblems<'a> {
         }
     }
 
-    fn once(&mut self, taken: &mut BTreeMap<&'a str, Place>, name: &'a str, place: Place) {
+    fn once(&mut self, taken: &mut SortedMap<&'a str, Place>, name: &'a str, place: Place) {
         match taken.get(name) {
             Some(first) => {
                 self.add(place, RobotProblem::SameName { name: name.into(), line: first.line() });
@@ -72,7 +71,7 @@ impl<'a> FoundProblems<'a> {
     }
 
     fn modules(&mut self) {
-        let (mut names, mut parts) = (BTreeMap::new(), BTreeMap::<_, &RobotModule>::new());
+        let (mut names, mut parts) = (SortedMap::new(), SortedMap::<_, &RobotModule>::new());
         for module in &self.robot.modules {
             self.name(&module.name, module.place);
             self.once(&mut names, &module.name, module.place);
@@ -172,7 +171,7 @@ impl<'a> FoundProblems<'a> {
     }
 
     fn links(&mut self) {
-        let mut sources: BTreeMap<(&str, &str), &AttachedLink> = BTreeMap::new();
+        let mut sources: SortedMap<(&str, &str), &AttachedLink> = SortedMap::new();
         for link in &self.robot.links {
             if let Some((name, kind)) = &link.expected {
                 let Some(module) = self.module(name, link.place) else { continue };
@@ -208,7 +207,7 @@ impl<'a> FoundProblems<'a> {
     }
 
     fn gates(&mut self) {
-        let mut names = BTreeMap::new();
+        let mut names = SortedMap::new();
         for entry in &self.robot.gates {
             self.name(&entry.name, entry.place);
             self.once(&mut names, &entry.name, entry.place);

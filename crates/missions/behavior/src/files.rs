@@ -1,9 +1,10 @@
 //! Files of a mission in Lua.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+
+use slate_sorted::SortedMap;
 
 use crate::error::BehaviorError;
 
@@ -23,7 +24,7 @@ enum SkillSource {
     /// Folders searched for modules, in order.
     Folders(Vec<PathBuf>),
     /// Texts by the names of their modules.
-    Texts(BTreeMap<String, String>),
+    Texts(SortedMap<String, String>),
 }
 
 impl SkillFiles {

@@ -1,6 +1,6 @@
 //! Models of leaves: the actions and conditions that a tree may name.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 /// Kind of a leaf: action or condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,13 +43,13 @@ pub struct LeafModel {
 }
 
 /// Numbers by the names that scripts have for them.
-pub(crate) type Enumerations = BTreeMap<String, f64>;
+pub(crate) type Enumerations = SortedMap<String, f64>;
 
 /// Models by names, and names of numbers.
 /// The models of a file's `TreeNodesModel` are added to them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LeafModels {
-    models: BTreeMap<String, LeafModel>,
+    models: SortedMap<String, LeafModel>,
     enumerations: Enumerations,
 }
 

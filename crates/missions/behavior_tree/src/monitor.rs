@@ -1,6 +1,6 @@
 //! Trees as monitors such as Groot2 show them.
 
-use std::collections::BTreeSet;
+use slate_sorted::SortedSet;
 
 use crate::model::{LeafKind, PortDirection};
 use crate::tree::{BehaviorTree, NodeOperation};
@@ -79,7 +79,7 @@ impl BehaviorTree {
     /// Writes the actions and conditions; monitors know all other nodes.
     fn write_models(&self, xml: &mut XmlText) {
         xml.push("<TreeNodesModel>\n");
-        let mut known = BTreeSet::new();
+        let mut known = SortedSet::new();
         for leaf in self.leaves.iter().filter(|leaf| known.insert(leaf.id.as_str())) {
             ["<", kind_name(leaf.kind)].into_iter().for_each(|part| xml.push(part));
             xml.attribute("ID", &leaf.id);

@@ -1,9 +1,8 @@
 //! Conditions of missions.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
+use slate_sorted::SortedMap;
 
 use crate::activity_hash::ActivityHash;
 
@@ -43,7 +42,7 @@ impl ConditionValues {
 
 /// Newest value of each received condition.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KnownConditions(BTreeMap<String, bool>);
+pub struct KnownConditions(SortedMap<String, bool>);
 
 impl KnownConditions {
     /// Sets new values.

@@ -1,6 +1,6 @@
 //! Plans of several robots in one net, and the part of each robot.
 
-use std::collections::BTreeSet;
+use slate_sorted::SortedSet;
 
 use crate::error::NetError;
 use crate::guard::NetGuard;
@@ -79,7 +79,7 @@ impl JointNet {
     pub fn new(net: &PetriNet) -> Result<Option<Self>, NetError> {
         let named = net.actions.iter().chain(&net.conditions).filter_map(|text| split_robot(text).1);
         let alone = net.places.iter().flat_map(|place| words(&place.name));
-        let names: BTreeSet<&str> = named.chain(alone).collect();
+        let names: SortedSet<&str> = named.chain(alone).collect();
         if names.is_empty() {
             return Ok(None);
         }
@@ -103,7 +103,7 @@ impl JointNet {
     }
 
     fn firing_of(&self, transition: &NetTransition) -> Result<Vec<usize>, NetError> {
-        let firing: BTreeSet<usize> =
+        let firing: SortedSet<usize> =
             transition.inputs.iter().map(|(place, _)| self.owners[*place]).collect();
         if firing.is_empty() {
             let title = transition.title();
@@ -294,7 +294,7 @@ impl<'a> RobotPart<'a> {
         let own = self.joint.robots[self.robot].as_str();
         let mut kept = Vec::new();
         for operand in operands {
-            let mut named = BTreeSet::new();
+            let mut named = SortedSet::new();
             operand.atoms(&mut |atom| named.extend(self.robot_of(atom)));
             let names: Vec<&str> = named.into_iter().collect();
             match names[..] {

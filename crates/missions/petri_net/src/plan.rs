@@ -1,7 +1,8 @@
 //! Plan with its sub-plans.
 
-use std::collections::BTreeMap;
 use std::path::Path;
+
+use slate_sorted::SortedMap;
 
 use crate::error::NetError;
 use crate::joint::JointNet;
@@ -123,7 +124,7 @@ impl PetriPlan {
             states: 0,
         };
         let name = root.name().to_owned();
-        let mut known = BTreeMap::from([(name.clone(), Some(0))]);
+        let mut known = SortedMap::from([(name.clone(), Some(0))]);
         plan.nets.push(root);
         plan.add(0, name, &mut Vec::new(), &mut known, &mut find)?;
         Ok(plan)
@@ -135,7 +136,7 @@ impl PetriPlan {
         net: usize,
         path: String,
         above: &mut Vec<usize>,
-        known: &mut BTreeMap<String, Option<usize>>,
+        known: &mut SortedMap<String, Option<usize>>,
         find: &mut impl FnMut(&str) -> Result<Option<PetriNet>, NetError>,
     ) -> Result<usize, NetError> {
         self.check_nesting(net, &path, above)?;

@@ -1,13 +1,13 @@
 //! PNML as the editors of Petri Net Plans write it.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use roxmltree::{Document, Node, NodeId};
+use slate_sorted::SortedMap;
 
 use crate::builder::{MOST_PARTS, NetBuilder, NodeLabel};
 use crate::error::NetError;
@@ -44,7 +44,7 @@ pub fn parse_pnml(name: &str, bytes: &[u8]) -> Result<PetriNet, NetError> {
     })?;
     let lines = text.match_indices('\n').map(|(at, _)| at).collect();
     let mut reader =
-        PnmlReader { document: &document, lines, nodes: BTreeMap::new(), builder: NetBuilder::new(name) };
+        PnmlReader { document: &document, lines, nodes: SortedMap::new(), builder: NetBuilder::new(name) };
     reader.read()?;
     reader.builder.finish()
 }
@@ -76,7 +76,7 @@ struct PnmlReader<'a, 'input> {
     document: &'a Document<'input>,
     /// Positions of line ends.
     lines: Vec<usize>,
-    nodes: BTreeMap<&'a str, NetNode>,
+    nodes: SortedMap<&'a str, NetNode>,
     builder: NetBuilder,
 }
 

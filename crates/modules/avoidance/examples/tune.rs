@@ -5,7 +5,6 @@
 // The wall time of a step is one of the figures.
 #![allow(clippy::disallowed_methods)]
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::time::Instant;
 
@@ -20,6 +19,7 @@ use slate_sim::script::RandomWalk;
 use slate_sim::shortest_path::shortest_path;
 use slate_sim::world::{Body, World};
 use slate_sim::{Placement, Simulation};
+use slate_sorted::SortedMap;
 
 const STEP: u64 = 10_000_000;
 const TICK: f64 = 0.02;
@@ -145,7 +145,7 @@ fn run(
         start_clearance: 0.03,
     };
     let outlines =
-        BTreeMap::from([("r1".into(), description.outline()), ("r2".into(), description.outline())]);
+        SortedMap::from([("r1".into(), description.outline()), ("r2".into(), description.outline())]);
     let goal = Point2 { x: 0.0, y: 0.0 };
     let layout =
         rules.lay_out(&world, &outlines, Point::new(goal.x, goal.y), &mut Random::new(seed, "layout"))?;

@@ -1,9 +1,8 @@
 //! Frontiers between free and unknown space.
 
-use std::collections::BTreeSet;
-
 use slate_grid::{OccupancyMap, UNKNOWN_CELL};
 use slate_planning::GridCell;
+use slate_sorted::SortedSet;
 
 /// Occupancy up to which a cell is free, percent.
 pub(crate) const FREE: i8 = 25;
@@ -38,7 +37,7 @@ pub struct FrontierDetector {
     /// Cells of the map at the last update.
     seen: Vec<i8>,
     /// Frontier cells in the order of the map.
-    frontier_cells: BTreeSet<usize>,
+    frontier_cells: SortedSet<usize>,
 }
 
 impl FrontierDetector {

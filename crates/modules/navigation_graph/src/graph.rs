@@ -1,13 +1,12 @@
 //! Nodes and connections.
 
-use std::collections::BTreeMap;
-
 use slate_module::math;
+use slate_sorted::SortedMap;
 
 use crate::error::GraphError;
 
 /// Properties by name; those without a value are `true`.
-pub type Properties = BTreeMap<String, String>;
+pub type Properties = SortedMap<String, String>;
 
 /// Named place.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +40,7 @@ pub struct NavigationGraph {
     pub name: String,
     /// Properties of nodes that do not have their own.
     pub default_properties: Properties,
-    pub(crate) nodes: BTreeMap<String, NavigationNode>,
+    pub(crate) nodes: SortedMap<String, NavigationNode>,
     pub(crate) connections: Vec<NavigationEdge>,
 }
 

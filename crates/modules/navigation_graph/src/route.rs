@@ -1,6 +1,6 @@
 //! Routes.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use crate::graph::NavigationGraph;
 
@@ -27,8 +27,8 @@ impl NavigationGraph {
     /// Dijkstra, 1959. Of routes of the same length it is always the same one.
     pub fn route_from(&self, entry: impl Fn(&str) -> Option<f64>, to: &str) -> Option<GraphRoute> {
         // By name: length so far, and the node before.
-        let mut open: BTreeMap<&str, (f64, Option<&str>)> = BTreeMap::new();
-        let mut done: BTreeMap<&str, (f64, Option<&str>)> = BTreeMap::new();
+        let mut open: SortedMap<&str, (f64, Option<&str>)> = SortedMap::new();
+        let mut done: SortedMap<&str, (f64, Option<&str>)> = SortedMap::new();
         for name in self.nodes.keys() {
             if let Some(length) = entry(name).filter(|length| length.is_finite() && *length >= 0.0) {
                 open.insert(name, (length, None));
@@ -62,7 +62,7 @@ impl NavigationGraph {
         })
     }
 
-    fn trace(&self, done: &BTreeMap<&str, (f64, Option<&str>)>, goal: &str, length: f64) -> GraphRoute {
+    fn trace(&self, done: &SortedMap<&str, (f64, Option<&str>)>, goal: &str, length: f64) -> GraphRoute {
         let mut nodes = vec![goal.to_owned()];
         let mut here = goal;
         while let Some((_, Some(before))) = done.get(here) {

@@ -1,8 +1,7 @@
 //! Sparse Cholesky factorization of block matrices.
 
-use std::collections::BTreeSet;
-
 use nalgebra::{Matrix3, Vector3};
+use slate_sorted::SortedSet;
 
 /// Sparse Cholesky factorization of a symmetric matrix of 3 x 3 blocks.
 /// One block for each pair of poses (George and Liu, 1981, *Computer solution of large sparse positive definite
@@ -25,12 +24,12 @@ impl BlockCholesky {
     /// Orders the poses by minimum degree, and computes the fill-in.
     /// `pairs` are the pairs of poses with a block.
     pub fn new(poses: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
-        let mut neighbors = vec![BTreeSet::new(); poses];
+        let mut neighbors = vec![SortedSet::new(); poses];
         for (a, b) in pairs.filter(|(a, b)| a != b) {
             neighbors[a].insert(b);
             neighbors[b].insert(a);
         }
-        let mut by_degree: BTreeSet<(usize, usize)> =
+        let mut by_degree: SortedSet<(usize, usize)> =
             neighbors.iter().enumerate().map(|(pose, others)| (others.len(), pose)).collect();
         let (mut place, mut columns) = (vec![0; poses], Vec::with_capacity(poses));
         while let Some((_, pose)) = by_degree.pop_first() {
@@ -44,7 +43,7 @@ impl BlockCholesky {
             }
             columns.push(others);
         }
-        let sorted = |others: &BTreeSet<usize>| {
+        let sorted = |others: &SortedSet<usize>| {
             let mut rows: Vec<usize> = others.iter().map(|other| place[*other]).collect();
             rows.sort_unstable();
             rows

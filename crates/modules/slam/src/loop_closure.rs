@@ -1,9 +1,8 @@
 //! Loop closure.
 
-use std::collections::BTreeSet;
-
 use slate_interfaces::Pose2;
 use slate_module::math;
+use slate_sorted::SortedSet;
 
 use crate::correlative::{SearchWindow, search};
 use crate::graph_slam::GraphSlam;
@@ -85,7 +84,7 @@ impl GraphSlam {
     /// Points of a submap in its frame, thinned.
     fn query(&self, submap: usize) -> Vec<[f64; 2]> {
         let map = &self.submaps[submap].map;
-        let mut taken = BTreeSet::new();
+        let mut taken = SortedSet::new();
         let spacing = SPACING * map.resolution();
         let points = map.cells().map(|(_, cell)| [f64::from(cell.x), f64::from(cell.y)]);
         let is_new = |point: &[f64; 2]| taken.insert(point.map(|value| (value / spacing).floor() as i64));

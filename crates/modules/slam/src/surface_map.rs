@@ -159,7 +159,7 @@ impl SurfaceMap {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
+    use slate_sorted::SortedMap;
 
     use proptest::prelude::*;
 
@@ -172,9 +172,9 @@ mod tests {
         ) {
             let mut map = SurfaceMap::new(0.5);
             map.insert(points.iter().copied());
-            let mut wanted: BTreeMap<[i32; 2], Vec<[f64; 2]>> = BTreeMap::new();
+            let mut wanted: SortedMap<[i32; 2], Vec<[f64; 2]>> = SortedMap::new();
             points.iter().for_each(|point| wanted.entry(map.place(*point)).or_default().push(*point));
-            let found: BTreeMap<_, _> = map.cells().collect();
+            let found: SortedMap<_, _> = map.cells().collect();
             prop_assert_eq!(found.len(), wanted.len());
             for (place, points) in &wanted {
                 let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64;

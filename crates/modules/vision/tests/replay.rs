@@ -14,7 +14,7 @@ use std::time::Duration;
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_record::Recorder;
-use slate_record::replay::{Plan, Player, Recomputation};
+use slate_replay::{Plan, Player, Recomputation};
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::{Agent, Options, Rate};
 use slate_vision::{BlobFinder, VisionMaster, VisionPlayer};

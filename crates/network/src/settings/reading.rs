@@ -1,8 +1,7 @@
 //! Table `[network.read]`.
 
-use std::collections::BTreeMap;
-
 use slate_runtime::configuration::{ExternalDirection, ExternalLink, Report, Span, Spanned, Table, Value};
+use slate_sorted::SortedMap;
 
 use super::{NetworkSettings, NetworkSettingsReader};
 use crate::key::{InputSource, check_key};
@@ -41,8 +40,8 @@ const READ_HELP: &str =
 const INPUT_KEYS: [&str; 5] = ["from", "rate", "interval", "mode", "values"];
 
 impl NetworkSettingsReader<'_> {
-    pub(super) fn readings(&mut self, table: &Table) -> BTreeMap<String, NetworkInput> {
-        let mut readings = BTreeMap::new();
+    pub(super) fn readings(&mut self, table: &Table) -> SortedMap<String, NetworkInput> {
+        let mut readings = SortedMap::new();
         let Some(value) = table.get("read") else { return readings };
         let Some(inputs) = value.as_table() else {
             self.add(

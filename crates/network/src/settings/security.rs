@@ -1,10 +1,10 @@
 //! Table `[network.security]` of a configuration.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use slate_blackboard::{Pattern, Url};
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
+use slate_sorted::SortedMap;
 
 use super::NetworkSettingsReader;
 
@@ -18,7 +18,7 @@ pub struct NetworkSecurity {
     /// Authority that signs the certificates of agents.
     pub authority: NetworkFile,
     /// Rights of agents, by the common names of their certificates.
-    pub allow: BTreeMap<String, NetworkRights>,
+    pub allow: SortedMap<String, NetworkRights>,
     /// Rights of programs over `tcp/` and `udp/`, which have no name.
     pub unauthenticated: Option<NetworkRights>,
 }
@@ -113,7 +113,7 @@ impl NetworkSettingsReader<'_> {
         Some(NetworkFile { path, place: Some(value.span) })
     }
 
-    fn allow(&mut self, place: Span, table: &Table) -> Option<BTreeMap<String, NetworkRights>> {
+    fn allow(&mut self, place: Span, table: &Table) -> Option<SortedMap<String, NetworkRights>> {
         const HELP: &str = "add [network.security.allow.NAME] with `read` and `send` for each permitted agent; \
                             all others are refused";
         let Some(value) = table.get("allow") else {
@@ -125,7 +125,7 @@ impl NetworkSettingsReader<'_> {
             self.add(value.span, format!("`allow` is a table, found {}", value.describe()), HELP);
             return None;
         };
-        let mut allow = BTreeMap::new();
+        let mut allow = SortedMap::new();
         for (agent, entry) in agents.iter() {
             if Url::parse(&format!("slate://{agent}/x")).is_err() {
                 let message = format!("`{agent}` can't be an agent's name");

@@ -8,7 +8,7 @@ use slate_network::{
     AttachmentError, Decoded, InputSource, Payload, PayloadError, ReadOptions, SampleAttachment, alive_agent,
     alive_key, encoding, property_key,
 };
-use slate_record::ros;
+use slate_ros_messages as ros;
 
 fn interfaces() -> [&'static Descriptor; 4] {
     [Pose2::DESCRIPTOR, Twist2::DESCRIPTOR, LaserScan::DESCRIPTOR, Path::DESCRIPTOR]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use slate_control::ControlSurface;
 use slate_network::{AgentNetwork, NetworkSettings};
 use slate_record::Recorder;
-use slate_record::replay::{Comparison, Verdict};
+use slate_replay::{Comparison, Verdict};
 use slate_runtime::configuration::{Database, Options as Sources, Record};
 use slate_runtime::{Agent, Control, Options, Rate, RecordedTimes};
 use zenoh::Wait;

@@ -7,7 +7,7 @@ use slate_blackboard::interface::Interface;
 use slate_blackboard::{Access, Store};
 use slate_interfaces::{Point2, Pose2};
 use slate_network::{SampleAttachment, encoding};
-use slate_record::ros;
+use slate_ros_messages as ros;
 use zenoh::Wait;
 use zenoh::sample::Sample;
 

@@ -8,7 +8,7 @@ use slate_blackboard::Stamp;
 use slate_blackboard::interface::Interface;
 use slate_interfaces::Pose2;
 use slate_network::{SampleAttachment, encoding};
-use slate_record::ros;
+use slate_ros_messages as ros;
 use zenoh::query::Reply;
 use zenoh::{Session, Wait};
 

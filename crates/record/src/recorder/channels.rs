@@ -7,14 +7,16 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, Carrier, Property, Watch, Watchers};
 
-use crate::ros;
+use slate_ros_messages as ros;
 
 /// A property that is recorded.
 #[derive(Clone, Debug)]
-pub(crate) struct Channel {
+pub struct Channel {
     /// Path, without a leading slash.
     pub path: String,
+    /// Type of its values.
     pub descriptor: &'static Descriptor,
+    /// Rights to write it.
     pub access: Access,
     /// The bytes of the largest value.
     pub largest: usize,
@@ -31,6 +33,7 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
+    /// The channel of a property.
     pub fn of(property: &Property) -> Self {
         let (shape, mailbox) = match property.carrier() {
             Carrier::Channel(channel) => (channel.shape(), None),
@@ -94,7 +97,7 @@ impl Channel {
 }
 
 /// Returns true if the property at a path repeats its values.
-pub(crate) fn repeats(path: &str) -> bool {
+pub fn repeats(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or_default();
     let is_host = ["agents", "peers", "team", "loop", "log", "record"]
         .iter()
@@ -104,7 +107,7 @@ pub(crate) fn repeats(path: &str) -> bool {
 
 /// Header of a message to a mailbox.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sent {
+pub struct Sent {
     /// The agent's time, nanoseconds.
     pub time: u64,
     pub sender: u32,

@@ -1,6 +1,5 @@
 //! Recordings that tools begin and end while the agent runs.
 
-use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::path::Path;
 use std::sync::Arc;
@@ -15,6 +14,7 @@ use slate_runtime::recording::{
     History, HistoryRequest, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus,
     SavedFlight, TakeValue,
 };
+use slate_sorted::SortedMap;
 
 use super::file::{File, Limits};
 use super::flight::Captured;
@@ -154,7 +154,7 @@ impl RecordingControl for Recorder {
         self.hub.add_recording(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
         // A property that was made anew has the channel that came last.
         let channels = self.hub.channels().clone();
-        let ids: BTreeMap<&str, u32> =
+        let ids: SortedMap<&str, u32> =
             channels.iter().zip(0..).map(|(channel, id)| (channel.path.as_str(), id)).collect();
         let properties = board.properties().into_iter();
         let properties = properties.filter_map(|property| Some((*ids.get(property.path())?, property)));

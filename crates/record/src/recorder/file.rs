@@ -1,6 +1,5 @@
 //! The file itself: pieces that are closed soon, each with its checksum.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,12 +9,13 @@ use super::disk::{Disk, DiskQueue};
 use super::hub::{FIRST_TOPIC_ID, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::RecordingHeader;
-use crate::ros;
-use crate::storage::{self, REPEATED, Repeated};
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, WriteOptions};
+use slate_bag::{self as storage, REPEATED, Repeated};
 use slate_blackboard::{Access, Stamp};
+use slate_ros_messages as ros;
+use slate_sorted::SortedMap;
 
 /// Path, schema and access of the values that a channel carries.
 type ChannelKey = (String, u64, &'static str);
@@ -41,11 +41,11 @@ pub(super) struct File {
     /// Channels by their numbers at the recorder.
     channels: Vec<Option<u16>>,
     /// Channels of mailboxes, by number and sender.
-    mailboxes: BTreeMap<(u32, u32), u16>,
-    others: BTreeMap<u32, u16>,
+    mailboxes: SortedMap<(u32, u32), u16>,
+    others: SortedMap<u32, u16>,
     /// Channels by their content.
     /// A property that is created anew, because links changed, continues in the channel of the one before.
-    known: BTreeMap<ChannelKey, u16>,
+    known: SortedMap<ChannelKey, u16>,
     /// Definitions of the current piece.
     repeated: Repeated,
     /// Offset from the agent's time to that of the file, nanoseconds.
@@ -60,7 +60,7 @@ pub(super) struct File {
     /// Reason why nothing is written any more.
     failure: Option<String>,
     /// Number of drops, by channel, as last written.
-    written_drops: BTreeMap<String, u64>,
+    written_drops: SortedMap<String, u64>,
 }
 
 impl File {
@@ -83,9 +83,9 @@ impl File {
             writer: Some(options.create(NoSeek::new(own)).map_err(text)?),
             disk,
             channels: Vec::new(),
-            mailboxes: BTreeMap::new(),
-            others: BTreeMap::new(),
-            known: BTreeMap::new(),
+            mailboxes: SortedMap::new(),
+            others: SortedMap::new(),
+            known: SortedMap::new(),
             repeated: Repeated::default(),
             epoch: recording_header.epoch,
             limits,
@@ -94,7 +94,7 @@ impl File {
             values: 0,
             urgent: false,
             failure: None,
-            written_drops: BTreeMap::new(),
+            written_drops: SortedMap::new(),
         };
         for (name, metadata) in recording_header.metadata {
             file.metadata(name, metadata)?;
@@ -119,8 +119,10 @@ impl File {
         self.writer.as_mut().ok_or_else(|| "it is closed".into())
     }
 
-    fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), String> {
-        self.writer()?.write_metadata(&Metadata { name: name.into(), metadata }).map_err(text)
+    fn metadata(&mut self, name: &str, metadata: SortedMap<String, String>) -> Result<(), String> {
+        self.writer()?
+            .write_metadata(&Metadata { name: name.into(), metadata: metadata.into_iter().collect() })
+            .map_err(text)
     }
 
     fn add(&mut self, channel: &Channel, sender: Option<u32>) -> Result<u16, String> {
@@ -133,7 +135,7 @@ impl File {
         if let Some(id) = self.known.get(&carried) {
             return Ok(*id);
         }
-        let mut metadata = BTreeMap::from([
+        let mut metadata = SortedMap::from([
             ("access".to_owned(), access.to_owned()),
             ("hash".to_owned(), format!("{:016x}", channel.descriptor.hash)),
             ("repeats".to_owned(), channel.repeats().to_string()),
@@ -158,12 +160,14 @@ impl File {
         schema: &str,
         definition: &str,
         topic: &str,
-        metadata: BTreeMap<String, String>,
+        metadata: SortedMap<String, String>,
     ) -> Result<u16, String> {
         let writer = self.writer()?;
         let encoding = "ros2msg";
         let schema_id = writer.add_schema(schema, encoding, definition.as_bytes()).map_err(text)?;
-        let id = writer.add_channel(schema_id, topic, "cdr", &metadata).map_err(text)?;
+        let id = writer
+            .add_channel(schema_id, topic, "cdr", &metadata.clone().into_iter().collect())
+            .map_err(text)?;
         let (name, encoding, data) = (schema.into(), encoding.into(), definition.into());
         let schema = storage::Schema { id: schema_id, name, encoding, data };
         let (topic, message_encoding) = (topic.into(), "cdr".into());
@@ -175,7 +179,7 @@ impl File {
         if let Some(id) = self.others.get(&topic.id) {
             return Ok(*id);
         }
-        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
+        let metadata = SortedMap::from([("offered_qos_profiles".to_owned(), String::new())]);
         let id = self.define(topic.schema, topic.definition, topic.name, metadata)?;
         self.others.insert(topic.id, id);
         Ok(id)
@@ -333,12 +337,12 @@ impl File {
     }
 
     /// Writes the list of properties that never had a value.
-    pub fn write_unwritten(&mut self, unwritten: BTreeMap<String, String>) -> Result<(), String> {
+    pub fn write_unwritten(&mut self, unwritten: SortedMap<String, String>) -> Result<(), String> {
         self.metadata("unwritten", unwritten)
     }
 
     /// Writes the final metadata under `name` and the index; waits for the disk.
-    pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
+    pub fn end(&mut self, name: &str, end: SortedMap<String, String>) -> Result<(), String> {
         self.close_piece()?;
         let drops =
             self.written_drops.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();

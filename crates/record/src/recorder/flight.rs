@@ -1,13 +1,14 @@
 //! Flight recorder: the last seconds of values, in memory.
 //! They are kept as written, in pieces of which the oldest makes room for the newest.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::StampedValue;
 use slate_runtime::configuration::Flight as Settings;
 use slate_runtime::recording::{Change, History, HistoryRequest, Left, TakeValue};
+use slate_sorted::SortedMap;
 
 use super::channels::Channel;
 use super::hub::{ChannelFilter, FIRST_TOPIC_ID};
@@ -25,7 +26,7 @@ pub(super) struct Flight {
     /// Bytes of all pieces but the open one.
     bytes: usize,
     /// The last value of each property that is in no piece any more.
-    before: BTreeMap<u32, FlightValue>,
+    before: SortedMap<u32, FlightValue>,
     past: Past,
     /// A piece that can be used again.
     spare: Option<Piece>,
@@ -40,7 +41,7 @@ pub(super) struct Past {
     /// Set if there were values before.
     pub is_there: bool,
     /// Settings changed since the beginning; `None` for the value of the files.
-    pub settings: BTreeMap<String, Option<String>>,
+    pub settings: SortedMap<String, Option<String>>,
     /// The order of the modules, where it was another one at the beginning.
     pub stages: Option<Vec<(String, Vec<String>)>>,
     /// Set if the code differs from that at the beginning.
@@ -56,7 +57,7 @@ struct Piece {
     to: u64,
     /// By property, the offsets of its values.
     /// Made when the past of any property is requested, once no more values come.
-    index: OnceLock<BTreeMap<u32, Vec<u32>>>,
+    index: OnceLock<SortedMap<u32, Vec<u32>>>,
 }
 
 /// A value that was written.
@@ -68,7 +69,7 @@ struct FlightValue {
 
 /// The values in memory at a moment.
 pub(super) struct Captured {
-    before: BTreeMap<u32, FlightValue>,
+    before: SortedMap<u32, FlightValue>,
     pub past: Past,
     pieces: Vec<Arc<Piece>>,
     pub channels: Vec<Channel>,
@@ -93,7 +94,7 @@ impl Flight {
             pieces: VecDeque::new(),
             open: Piece::default(),
             bytes: 0,
-            before: BTreeMap::new(),
+            before: SortedMap::new(),
             past: Past::default(),
             spare: None,
             wants,
@@ -233,7 +234,7 @@ impl Piece {
     /// Returns the offsets of a property's values.
     fn offsets(&self, id: u32) -> &[u32] {
         let index = self.index.get_or_init(|| {
-            let (mut index, mut offset) = (BTreeMap::<u32, Vec<u32>>::new(), 0);
+            let (mut index, mut offset) = (SortedMap::<u32, Vec<u32>>::new(), 0);
             self.each(|head, bytes| {
                 // A piece is not longer than that.
                 index.entry(head.id).or_default().push(offset as u32);
@@ -323,8 +324,8 @@ mod tests {
     }
 
     /// Numbers of the values before and of those in it, by property.
-    fn numbers(flight: &mut Flight) -> (BTreeMap<u32, u64>, BTreeMap<u32, Vec<u64>>) {
-        let (mut before, mut after) = (BTreeMap::new(), BTreeMap::<_, Vec<_>>::new());
+    fn numbers(flight: &mut Flight) -> (SortedMap<u32, u64>, SortedMap<u32, Vec<u64>>) {
+        let (mut before, mut after) = (SortedMap::new(), SortedMap::<_, Vec<_>>::new());
         flight.capture(&[]).each(|is_before, head, bytes| {
             assert_eq!(bytes, vec![head.sequence as u8; head.length as usize]);
             if is_before {
@@ -347,7 +348,7 @@ mod tests {
         ) {
             let memory = 100_000;
             let mut flight = flight(keep, memory);
-            let mut written: BTreeMap<u32, Vec<(u64, u64)>> = BTreeMap::new();
+            let mut written: SortedMap<u32, Vec<(u64, u64)>> = SortedMap::new();
             let mut now = 0;
             for (index, (id, length, later)) in values.into_iter().enumerate() {
                 now += later;

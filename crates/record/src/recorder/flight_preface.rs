@@ -1,10 +1,9 @@
 //! Metadata of the last seconds: the state of the run at their first value.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_runtime::configuration::{Link, Value};
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::configuration;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::flight::{Captured, Past};
 use super::host::{AgentContent, Host};
@@ -22,7 +21,7 @@ pub(super) fn recording_header(
     // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.
     let known = if captured.past.has_new_code { None } else { changed(first, &captured.past) };
     let mut recording_header = known.unwrap_or_else(now);
-    let from_cycle = |(name, run): &(&str, BTreeMap<String, String>)| {
+    let from_cycle = |(name, run): &(&str, SortedMap<String, String>)| {
         (*name == "run").then(|| run.get("from_cycle")?.parse::<u64>().ok()).flatten()
     };
     let before = first.metadata.iter().find_map(from_cycle).unwrap_or_default();
@@ -53,7 +52,7 @@ fn changed(first: &RecordingHeader, past: &Past) -> Option<RecordingHeader> {
     let current = configuration(name, &text, Vec::new()).ok()?.current();
     *bytes = text.into_bytes();
     for (_, links) in recording_header.metadata.iter_mut().filter(|(name, _)| *name == "links") {
-        let inboxes: BTreeSet<String> = links.values().cloned().collect();
+        let inboxes: SortedSet<String> = links.values().cloned().collect();
         let entry = |link: &Link| {
             let (to, from) = (link.to.value.clone(), link.from.value.to_string());
             // An inbox stays one.

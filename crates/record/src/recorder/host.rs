@@ -1,6 +1,5 @@
 //! The recorded agent, as a recorder knows it from the start.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
@@ -8,6 +7,7 @@ use slate_blackboard::Board;
 use slate_runtime::log::Logger;
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::{Agent, WeakComposer};
+use slate_sorted::SortedMap;
 
 use super::run::{CONFIGURATION, RecordingHeader, stage_modules};
 
@@ -28,9 +28,9 @@ pub(super) struct Host {
     /// `None` if none are kept.
     pub began: Option<(u64, RecordingHeader)>,
     /// Metadata of the run.
-    pub run: BTreeMap<String, String>,
+    pub run: SortedMap<String, String>,
     /// Stored memories of modules at its beginning.
-    pub memories: BTreeMap<String, String>,
+    pub memories: SortedMap<String, String>,
     /// Files attached beside the configuration: names and content.
     pub files: Vec<(String, Vec<u8>)>,
 }
@@ -94,7 +94,7 @@ impl Host {
         metadata.extend(content.metadata.iter().cloned());
         let properties = board.properties();
         let external = properties.iter().map(|property| (property.path().to_owned(), property.external()));
-        let external: BTreeMap<_, _> = external.filter(|(_, source)| !source.is_empty()).collect();
+        let external: SortedMap<_, _> = external.filter(|(_, source)| !source.is_empty()).collect();
         if !external.is_empty() {
             metadata.push(("external", external));
         }
@@ -111,7 +111,7 @@ pub(super) struct AgentContent {
     /// Cycles begun.
     cycles: u64,
     /// Plugins, modules, stages and links.
-    metadata: Vec<(&'static str, BTreeMap<String, String>)>,
+    metadata: Vec<(&'static str, SortedMap<String, String>)>,
     /// The configuration, as TOML.
     configuration: String,
 }
@@ -126,7 +126,7 @@ impl AgentContent {
             ("stages", stage_modules(agent.order())),
             ("links", agent.links().into_iter().collect()),
         ];
-        let inboxes: BTreeMap<_, _> =
+        let inboxes: SortedMap<_, _> =
             agent.inboxes().into_iter().map(|inbox| (inbox, String::new())).collect();
         if !inboxes.is_empty() {
             metadata.push(("inboxes", inboxes));

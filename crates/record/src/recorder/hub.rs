@@ -1,7 +1,6 @@
 //! Collects the values of all threads.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{Thread, ThreadId};
@@ -9,12 +8,13 @@ use std::thread::{Thread, ThreadId};
 use slate_blackboard::channel::Tap;
 use slate_blackboard::message::Message;
 use slate_blackboard::{Property, Stamp};
+use slate_sorted::SortedMap;
 
 use super::channels::{Channel, Sent};
 use super::ring::{Inlet, Outlet, ValueHead, ring, warm_ring};
 
 /// Collects the values of all threads of an agent.
-pub(crate) struct Hub {
+pub struct Hub {
     number: u64,
     /// Bytes that a thread may be ahead.
     buffer: usize,
@@ -32,7 +32,7 @@ pub(crate) struct Hub {
     pub urgent: AtomicBool,
     channels: Mutex<Vec<Channel>>,
     /// The recordings and the values they want, by number.
-    wants: Mutex<BTreeMap<u64, HubRecording>>,
+    wants: Mutex<SortedMap<u64, HubRecording>>,
     /// Rings that are not drained yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
     /// Rings in reserve for threads without one.
@@ -43,7 +43,7 @@ pub(crate) struct Hub {
 }
 
 /// Predicate of a recording: true for channels whose values it wants.
-pub(crate) type ChannelFilter = Box<dyn Fn(&Channel) -> bool + Send>;
+pub type ChannelFilter = Box<dyn Fn(&Channel) -> bool + Send>;
 
 struct HubRecording {
     wants: ChannelFilter,
@@ -52,14 +52,14 @@ struct HubRecording {
 }
 
 /// Receives the values from the rings.
-pub(crate) trait Sink: Send {
+pub trait Sink: Send {
     /// Takes a value of the channel with that number.
     /// Values that belong to no property have numbers of their own.
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]);
 }
 
 /// First number that belongs to no property.
-pub(crate) const FIRST_TOPIC_ID: u32 = u32::MAX - 16;
+pub const FIRST_TOPIC_ID: u32 = u32::MAX - 16;
 
 /// Initial size of a thread's ring while no file is written, bytes.
 /// It stays in the cache, and grows when it is full.
@@ -95,7 +95,7 @@ const SPARE_RINGS: usize = 3;
 
 /// Enables the values of a property if a recording wants them.
 /// Returns whether one does.
-fn enable_channel(wants: &BTreeMap<u64, HubRecording>, channel: &Channel) -> bool {
+fn enable_channel(wants: &SortedMap<u64, HubRecording>, channel: &Channel) -> bool {
     let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
     let is_wanted = wanting.peek().is_some();
     channel.watch(wanting.any(|wanting| wanting.watches));
@@ -179,14 +179,14 @@ impl Hub {
         self.enable_channels(&wants);
     }
 
-    fn enable_channels(&self, wants: &BTreeMap<u64, HubRecording>) {
+    fn enable_channels(&self, wants: &SortedMap<u64, HubRecording>) {
         for channel in &*self.channels() {
             enable_channel(wants, channel);
         }
         self.wants_topics.store(!wants.is_empty(), Ordering::Relaxed);
     }
 
-    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, HubRecording>> {
+    fn wants(&self) -> MutexGuard<'_, SortedMap<u64, HubRecording>> {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -220,6 +220,7 @@ impl Hub {
         self.is_on.load(Ordering::Acquire)
     }
 
+    /// The channels of all recorded properties.
     pub fn channels(&self) -> MutexGuard<'_, Vec<Channel>> {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -379,7 +380,7 @@ impl Tap for PropertyTap {
 
 /// Reader of the values in all rings.
 #[derive(Default)]
-pub(crate) struct Drain {
+pub struct Drain {
     rings: Vec<(ThreadId, Outlet)>,
     channels: Vec<Channel>,
     bytes: Vec<u8>,

@@ -7,10 +7,10 @@ use slate_runtime::log::Record as Line;
 use slate_runtime::recording::Change;
 
 use super::hub::FIRST_TOPIC_ID;
-use crate::ros::Schema;
+use slate_ros_messages::Schema;
 
 /// A topic that is no property.
-pub(crate) struct Topic {
+pub struct Topic {
     /// Number among the channels of the rings.
     pub id: u32,
     pub name: &'static str,
@@ -19,7 +19,7 @@ pub(crate) struct Topic {
 }
 
 /// The log.
-pub(crate) const LOG_TOPIC: Topic = Topic {
+pub const LOG_TOPIC: Topic = Topic {
     id: FIRST_TOPIC_ID,
     name: "/log",
     schema: "rcl_interfaces/msg/Log",
@@ -44,7 +44,7 @@ uint32 nanosec
 };
 
 /// Changes of the agent.
-pub(crate) const CHANGE_TOPIC: Topic = Topic {
+pub const CHANGE_TOPIC: Topic = Topic {
     id: FIRST_TOPIC_ID + 1,
     name: "/record/change",
     schema: "slate_msgs/msg/Change",
@@ -70,7 +70,7 @@ string action
 };
 
 /// Dropped values.
-pub(crate) const DROPPED_TOPIC: Topic = Topic {
+pub const DROPPED_TOPIC: Topic = Topic {
     id: FIRST_TOPIC_ID + 2,
     name: "/record/dropped",
     schema: "slate_msgs/msg/Dropped",
@@ -82,7 +82,8 @@ uint64 values
 ",
 };
 
-pub(crate) const TOPICS: [&Topic; 3] = [&LOG_TOPIC, &CHANGE_TOPIC, &DROPPED_TOPIC];
+/// Topics of the recorder's own messages.
+pub const TOPICS: [&Topic; 3] = [&LOG_TOPIC, &CHANGE_TOPIC, &DROPPED_TOPIC];
 
 /// Encodes a line of the log with the time in the file.
 pub(super) fn log(line: &Line, time: u64) -> Vec<u8> {
@@ -174,7 +175,7 @@ const ASK: &str = "ask";
 const ORDER: &str = "order";
 
 /// Returns the cycle and the change of a message.
-pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
+pub fn read_change(message: &[u8]) -> Option<(u64, Change)> {
     let schema = Schema::parse(CHANGE_TOPIC.schema, CHANGE_TOPIC.definition).ok()?;
     let change = schema.decode(message).ok()?;
     let text = |name: &str| Some(change.get(name)?.as_str()?.to_owned());

@@ -34,13 +34,13 @@ use slate_runtime::configuration::Record;
 use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording, RecordingControl};
 
-pub(crate) use channels::{Channel, repeats};
+pub use channels::{Channel, repeats};
 use hub::ChannelFilter;
-pub(crate) use hub::{Drain, Hub, Sink};
-pub(crate) use messages::{CHANGE_TOPIC, DROPPED_TOPIC, TOPICS, read_change};
+pub use hub::{Drain, Hub, Sink};
+pub use messages::{CHANGE_TOPIC, DROPPED_TOPIC, TOPICS, read_change};
 pub use run::CONFIGURATION;
 pub use selection::{UnmatchedPattern, unmatched_patterns};
-pub(crate) use selection::{selects, thins};
+pub use selection::{selects, thins};
 pub use state::RecordState;
 
 use file::{File, Limits};

@@ -1,6 +1,6 @@
 //! The last seconds, on their way into a file.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::fs::{File as Disk, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use slate_module::Level;
 use slate_runtime::configuration::FlightTrigger;
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::SavedFlight;
+use slate_sorted::SortedMap;
 
 use super::file::{File, Limits};
 use super::flight::Captured;
@@ -41,7 +42,7 @@ pub(super) struct Saves {
 #[derive(Default)]
 struct SavesState {
     /// Number of saves by trigger.
-    counts: BTreeMap<FlightTrigger, u64>,
+    counts: SortedMap<FlightTrigger, u64>,
     /// The files that are there, with the trigger of each, the oldest first.
     files: VecDeque<(FlightTrigger, PathBuf)>,
     threads: Vec<JoinHandle<()>>,
@@ -189,7 +190,7 @@ fn write(
     recording_header: RecordingHeader,
     limits: Limits,
     captured: &Captured,
-    why: BTreeMap<&str, String>,
+    why: SortedMap<&str, String>,
 ) -> Result<SavedFlight, String> {
     let mut file = File::create(Box::new(disk), recording_header, limits)?;
     captured.each(|is_before, head, bytes| {

@@ -9,12 +9,12 @@ fn is_among(patterns: &[Pattern], path: &str) -> bool {
 }
 
 /// Returns true if values of the property are recorded.
-pub(crate) fn selects(selection: &RecordSelection, path: &str) -> bool {
+pub fn selects(selection: &RecordSelection, path: &str) -> bool {
     is_among(&selection.select, path) && !is_among(&selection.exclude, path)
 }
 
 /// Returns true if a rule leaves out values of the property.
-pub(crate) fn thins(selection: &RecordSelection, path: &str) -> bool {
+pub fn thins(selection: &RecordSelection, path: &str) -> bool {
     let rule = selection.rules.iter().find(|rule| is_among(&rule.select, path));
     rule.is_some_and(|rule| rule.period > 0 || rule.on_change)
 }

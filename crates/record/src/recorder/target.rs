@@ -1,6 +1,5 @@
 //! Active recording: a file and its content.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,6 +8,7 @@ use std::time::{Duration, Instant};
 use slate_blackboard::{Access, Board, Property, Stamp};
 use slate_runtime::configuration::RecordSelection;
 use slate_runtime::recording::RecordingEntry;
+use slate_sorted::SortedMap;
 
 use super::Recorded;
 use super::channels::Channel;
@@ -82,13 +82,13 @@ pub(super) struct ActiveRecording {
     filters: Vec<Option<Option<Filter>>>,
     /// By channel, numbers of the newest value at the start and of the first later one.
     /// The former is in the file already; the latter is 0 before.
-    newest: BTreeMap<u32, (u64, u64)>,
+    newest: SortedMap<u32, (u64, u64)>,
     /// Start time, if the recording began while the agent ran.
     /// It has no messages that were taken before.
     begin: u64,
     /// By channel, values dropped before the start, and those found missing later.
     before: Vec<u64>,
-    missed: BTreeMap<u32, u64>,
+    missed: SortedMap<u32, u64>,
     within: Duration,
     /// Set if the target is a file, which could be removed.
     is_file: bool,
@@ -118,10 +118,10 @@ impl ActiveRecording {
             file,
             selection,
             filters: Vec::new(),
-            newest: BTreeMap::new(),
+            newest: SortedMap::new(),
             begin: 0,
             before: Vec::new(),
-            missed: BTreeMap::new(),
+            missed: SortedMap::new(),
             within: Duration::from_nanos(within),
             is_file: progress.path.is_file(),
             waits,

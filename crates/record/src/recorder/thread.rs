@@ -1,6 +1,5 @@
 //! The thread in which values arrive, and that encodes and writes them.
 
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
@@ -12,6 +11,7 @@ use slate_blackboard::Stamp;
 use slate_module::Level;
 use slate_runtime::configuration::{Flight as FlightSettings, FlightTrigger};
 use slate_runtime::recording::FlightEntry;
+use slate_sorted::SortedMap;
 
 use super::channels::Channel;
 use super::flight::{Captured, Flight};
@@ -99,7 +99,7 @@ impl Thread {
                 fired: Vec::new(),
             },
             settings: flight,
-            last_saved: BTreeMap::new(),
+            last_saved: SortedMap::new(),
             saves,
             skipped: 0,
             settling: Vec::new(),
@@ -186,7 +186,7 @@ struct RecorderWork {
     sinks: Sinks,
     settings: FlightSettings,
     /// Time of each trigger's last save.
-    last_saved: BTreeMap<FlightTrigger, u64>,
+    last_saved: SortedMap<FlightTrigger, u64>,
     saves: Arc<Saves>,
     skipped: u64,
     /// Callers that wait until the system has everything.

@@ -6,8 +6,8 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use mcap::MessageStream;
+use slate_bag::{Reader, repair_into};
 use slate_blackboard::interface::Value;
-use slate_record::bag::{Reader, repair_into};
 use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
 

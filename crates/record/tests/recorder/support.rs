@@ -5,9 +5,10 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex};
 
 use mcap::MessageStream;
+use slate_bag as bag;
 use slate_module::Plugin;
 use slate_module::prelude::*;
-use slate_record::{Recorder, bag};
+use slate_record::Recorder;
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Options, RecordedTimes};

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crossterm::style::Color;
-use slate_record::Scene;
+use slate_report::Scene;
 
 use super::history::{RobotTrack, RunEvent, SeenRun};
 use super::map::{CharacterMap, CharacterMark, arrow};
@@ -160,7 +160,7 @@ fn marks(seen: &SeenRun, scene: &Scene) -> Vec<CharacterMark> {
 
 #[cfg(test)]
 mod tests {
-    use slate_record::{Bounds, Goal, Route};
+    use slate_report::{Bounds, Goal, Route};
 
     use super::*;
     use crate::observation::RobotNow;

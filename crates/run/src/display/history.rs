@@ -1,9 +1,10 @@
 //! History of a run for its display: events, speeds and trails.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use slate_module::math;
-use slate_record::Route;
+use slate_report::Route;
+use slate_sorted::SortedMap;
 
 use crate::observation::{JudgeVerdict, Observation, RobotNow};
 
@@ -48,7 +49,7 @@ pub struct RobotTrack {
 pub struct SeenRun {
     pub time: u64,
     /// Robots by name.
-    pub robots: BTreeMap<String, RobotTrack>,
+    pub robots: SortedMap<String, RobotTrack>,
     pub events: VecDeque<RunEvent>,
     /// Number of events, including those that are no longer kept.
     pub event_count: usize,

@@ -2,7 +2,7 @@
 
 use crossterm::style::Color;
 use slate_module::math;
-use slate_record::Scene;
+use slate_report::Scene;
 
 use super::styled::StyledLine;
 
@@ -139,7 +139,7 @@ fn is_inside(points: &[[f64; 2]], x: f64, y: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use slate_record::{Bounds, Polygon};
+    use slate_report::{Bounds, Polygon};
 
     use super::*;
 

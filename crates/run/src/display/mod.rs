@@ -20,7 +20,7 @@ use crossterm::queue;
 use crossterm::style::Stylize;
 use crossterm::terminal::{Clear, ClearType, size};
 use slate_module::Level;
-use slate_record::Scene;
+use slate_report::Scene;
 use slate_runtime::log::Record;
 
 use crate::clock::now;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crossterm::style::{Color, Stylize};
-use slate_record::Route;
+use slate_report::Route;
 
 /// Line that consists of spans of one color each.
 #[derive(Clone, Debug, Default)]

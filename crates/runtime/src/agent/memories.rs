@@ -1,9 +1,9 @@
 //! Memories of modules: states read from files before the run, written after.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use slate_sorted::SortedMap;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::assembly::ModuleStates;
@@ -62,7 +62,7 @@ impl Memories {
     pub fn check(
         &self,
         configuration: &Configuration,
-        restored: &BTreeMap<String, Result<(), String>>,
+        restored: &SortedMap<String, Result<(), String>>,
         is_present: impl Fn(&str) -> bool,
     ) -> Result<(), Report> {
         let mut wrong = Vec::new();

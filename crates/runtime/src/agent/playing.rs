@@ -1,10 +1,10 @@
 //! Agent that plays a recording.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Descriptor, Interface};
+use slate_sorted::SortedSet;
 
 use super::handle::AgentHandle;
 use crate::playback::{Playback, PlaybackControl, Played};
@@ -57,7 +57,7 @@ pub(super) fn begin(
 /// Returns the conditions of the replayed modules.
 /// They follow the modules' recorded states; before the first one a module counts as healthy.
 fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Vec<ReplayedCondition> {
-    let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
+    let modules: SortedSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
     let mut composition = agent.composition();
     let mut conditions = Vec::new();
     for module in modules {

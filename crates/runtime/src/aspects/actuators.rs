@@ -1,12 +1,12 @@
 //! Aspect [`Actuators`]: commands to actuators chosen at run time.
 
 use std::cell::UnsafeCell;
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_module::Priority;
 use slate_module::aspect::{ActuatorState, Actuators};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_sorted::SortedMap;
 
 use super::calls::{self, say};
 use super::{HostService, ServiceContext};
@@ -24,7 +24,7 @@ struct ActuatorCalls {
     table: Actuators,
     list: Arc<ActuatorList>,
     module: Arc<str>,
-    known: BTreeMap<String, KnownActuator>,
+    known: SortedMap<String, KnownActuator>,
     held: Arc<CommandedActuators>,
     now: u64,
 }
@@ -70,7 +70,7 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         table: Actuators { context: std::ptr::null_mut(), names, state, stop, offer },
         list: Arc::clone(&service_context.actuators),
         module: Arc::clone(module),
-        known: BTreeMap::new(),
+        known: SortedMap::new(),
         held: Arc::clone(&held),
         now: 0,
     }));

@@ -1,6 +1,5 @@
 //! Aspect [`BlackBoard`]: handles opened at run time, by path.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Latest, Writer};
@@ -10,6 +9,7 @@ use slate_composition::TRUTH;
 use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_sorted::SortedMap;
 
 use super::calls::{every_path, say, text};
 use super::{HostService, ServiceContext, followed, hash};
@@ -25,9 +25,9 @@ struct BlackboardService {
     table: BlackBoard,
     board: Arc<Board>,
     module: Arc<str>,
-    readers: BTreeMap<String, OpenReader>,
-    writers: BTreeMap<String, OpenWriter>,
-    observers: BTreeMap<String, Observer>,
+    readers: SortedMap<String, OpenReader>,
+    writers: SortedMap<String, OpenWriter>,
+    observers: SortedMap<String, Observer>,
     /// Observer of paths that get another property.
     changes: Observer,
     tick: u64,
@@ -59,9 +59,9 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
         board: Arc::clone(&service_context.board),
         module: Arc::clone(module),
-        readers: BTreeMap::new(),
-        writers: BTreeMap::new(),
-        observers: BTreeMap::new(),
+        readers: SortedMap::new(),
+        writers: SortedMap::new(),
+        observers: SortedMap::new(),
         changes: service_context.board.observe(&every_path(), EVENTS, None),
         tick: 1,
     });

@@ -1,10 +1,10 @@
 //! Requests of a module that the host carries out later, and their answers.
 
-use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use slate_module::aspect::{ABSENT, PENDING};
 use slate_module::table::{DONE, REFUSED, Sink};
+use slate_sorted::SortedMap;
 
 use super::calls::say;
 
@@ -19,7 +19,7 @@ pub(super) struct RequestBook<R> {
     /// Requests of this tick.
     pending: Vec<(u64, R)>,
     /// Answers to earlier requests; `None` while a request is pending.
-    known: BTreeMap<u64, Option<RequestAnswer>>,
+    known: SortedMap<u64, Option<RequestAnswer>>,
     last: u64,
     sender: Sender<(u64, RequestAnswer)>,
     answers: Receiver<(u64, RequestAnswer)>,
@@ -41,7 +41,7 @@ impl AnswerSlot {
 impl<R> RequestBook<R> {
     pub fn new() -> Self {
         let (sender, answers) = channel();
-        Self { pending: Vec::new(), known: BTreeMap::new(), last: 0, sender, answers }
+        Self { pending: Vec::new(), known: SortedMap::new(), last: 0, sender, answers }
     }
 
     /// Notes a request of this tick; returns its number.

@@ -1,11 +1,11 @@
 //! Aspect [`Synchronization`](aspect::Synchronization): points of modules.
 //! A module emits and reads them.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::aspect;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_sorted::SortedMap;
 
 use super::calls::{name, say};
 use super::{HostService, ServiceContext};
@@ -16,9 +16,9 @@ struct SynchronizationService {
     table: aspect::Synchronization,
     synchronization: Arc<Synchronization>,
     module: Arc<str>,
-    emitters: BTreeMap<String, OpenEmitter>,
+    emitters: SortedMap<String, OpenEmitter>,
     /// Observed points, with their counts at the start of this tick.
-    points: BTreeMap<String, (Arc<Point>, u64)>,
+    points: SortedMap<String, (Arc<Point>, u64)>,
 }
 
 struct OpenEmitter {
@@ -35,8 +35,8 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         table: aspect::Synchronization { context: std::ptr::null_mut(), emit, count },
         synchronization: Arc::clone(&service_context.synchronization),
         module: Arc::clone(module),
-        emitters: BTreeMap::new(),
-        points: BTreeMap::new(),
+        emitters: SortedMap::new(),
+        points: SortedMap::new(),
     });
     service.table.context = (&raw mut *service).cast();
     service

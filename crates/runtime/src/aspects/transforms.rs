@@ -1,7 +1,6 @@
 //! Aspect [`Transforms`]: frame trees.
 //! Each module has one, which receives the transforms on the board.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Policy, QueueReader, Start};
@@ -10,6 +9,7 @@ use slate_blackboard::{Access, Board, Event, Observer, Property, Store};
 use slate_interfaces::Transform;
 use slate_module::aspect::{ABSENT, LATEST, RigidTransform, Transforms};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_sorted::SortedMap;
 use slate_transforms::{FrameTree, SetError};
 
 use super::calls::{every_path, name, say};
@@ -40,7 +40,7 @@ struct TransformService {
     board: Arc<Board>,
     frames: FrameTree,
     /// Sources by path, so that they are always read in the same order.
-    sources: BTreeMap<Arc<str>, FrameSource>,
+    sources: SortedMap<Arc<str>, FrameSource>,
     changes: Observer,
     /// Number of lost events; `None` before the first look.
     missed: Option<u64>,
@@ -69,7 +69,7 @@ pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn Ho
         table: Transforms { context: std::ptr::null_mut(), lookup, latest_common_time, frames },
         board: Arc::clone(&service_context.board),
         frames: FrameTree::default(),
-        sources: BTreeMap::new(),
+        sources: SortedMap::new(),
         changes: service_context.board.observe(&every_path(), EVENTS, None),
         missed: None,
         unused: None,

@@ -1,10 +1,9 @@
 //! Part of a configuration whose other modules are replaced by a recording.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Url, is_within, nearest_names};
 use slate_module::{Description, Direction, Plugin};
+use slate_sorted::{SortedMap, SortedSet};
 use toml_edit::Key;
 
 use super::descriptions;
@@ -22,23 +21,23 @@ pub struct Excerpt {
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// Paths of properties and fields that the modules read.
     /// They are recorded, or were never written.
-    pub reads: BTreeSet<String>,
+    pub reads: SortedSet<String>,
     /// Inputs of replaced modules whose names other modules read by.
     /// Each comes with its readers among the remaining modules, and the field that they read.
-    pub aliases: BTreeMap<String, Vec<(String, String)>>,
+    pub aliases: SortedMap<String, Vec<(String, String)>>,
     /// Inboxes without a sender among the remaining modules.
     /// Their recorded messages are sent again.
-    pub inboxes: BTreeSet<String>,
+    pub inboxes: SortedSet<String>,
     /// Outboxes of the modules, each with its destination.
-    pub outboxes: BTreeMap<String, String>,
+    pub outboxes: SortedMap<String, String>,
     /// Mailboxes of replaced modules that remaining modules send to.
     /// Their messages are recorded with the senders.
-    pub deaf: BTreeMap<String, &'static Descriptor>,
+    pub deaf: SortedMap<String, &'static Descriptor>,
     /// Additional modules that replace the providers of services.
     /// They provide them to the remaining modules.
-    pub service_stubs: BTreeSet<String>,
+    pub service_stubs: SortedSet<String>,
     /// Those of `reads` that were written only while a tool watched them.
-    pub watched: BTreeSet<String>,
+    pub watched: SortedSet<String>,
     /// Inputs and services of the recorded run that the modules lack, in words.
     pub misses: Vec<String>,
 }
@@ -53,8 +52,8 @@ pub struct Excerpt {
 pub fn excerpt(
     configuration: &Configuration,
     plugins: &[Plugin],
-    modules: &BTreeSet<String>,
-    recorded: &BTreeSet<String>,
+    modules: &SortedSet<String>,
+    recorded: &SortedSet<String>,
     has_messages: impl Fn(&str) -> bool,
     knows_senders: impl Fn(&str) -> bool,
 ) -> Result<Excerpt, String> {
@@ -90,11 +89,11 @@ pub fn excerpt(
 struct Cutter<'a> {
     configuration: &'a Configuration,
     names: Vec<&'a str>,
-    modules: &'a BTreeSet<String>,
-    recorded: &'a BTreeSet<String>,
+    modules: &'a SortedSet<String>,
+    recorded: &'a SortedSet<String>,
     has_messages: &'a dyn Fn(&str) -> bool,
     knows_senders: &'a dyn Fn(&str) -> bool,
-    descriptions: BTreeMap<String, Description>,
+    descriptions: SortedMap<String, Description>,
     result: Excerpt,
 }
 
@@ -342,7 +341,7 @@ impl Cutter<'_> {
     }
 
     /// Returns the modules that send to a mailbox.
-    fn senders(&self, path: &str) -> BTreeSet<&str> {
+    fn senders(&self, path: &str) -> SortedSet<&str> {
         let ends = self.configuration.links().iter().map(|link| self.ends(link));
         let senders: Vec<_> = ends.filter(|(_, far)| far.path_in("") == path).map(|(own, _)| own).collect();
         senders.iter().filter_map(|own| self.owner(own)).collect()

@@ -5,12 +5,12 @@ mod control;
 mod excerpt;
 mod service_stub;
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_blackboard::interface::{Descriptor, Interface, Value};
 use slate_module::{Description, Plugin};
 use slate_safety::GateState;
+use slate_sorted::SortedMap;
 
 pub use control::{LoopSection, Order, PlaybackControl, PlaybackStatus};
 pub use excerpt::{Excerpt, excerpt};
@@ -28,7 +28,7 @@ use slate_engine::timing::TimingHistogram;
 pub fn interfaces(
     plugins: &[Plugin],
     configuration: Option<&Configuration>,
-) -> BTreeMap<u64, &'static Descriptor> {
+) -> SortedMap<u64, &'static Descriptor> {
     let own = [
         ModuleState::DESCRIPTOR,
         ModuleTiming::DESCRIPTOR,
@@ -39,7 +39,8 @@ pub fn interfaces(
         slate_composition::parameters::enabled_descriptor(),
         GateState::DESCRIPTOR,
     ];
-    let mut known: BTreeMap<_, _> = own.into_iter().map(|descriptor| (descriptor.hash, descriptor)).collect();
+    let mut known: SortedMap<_, _> =
+        own.into_iter().map(|descriptor| (descriptor.hash, descriptor)).collect();
     let mut learn = |description: &Description| {
         let ports = description.ports.iter().map(|port| port.descriptor);
         known.extend(ports.chain([description.params]).map(|descriptor| (descriptor.hash, descriptor)));
@@ -59,7 +60,7 @@ pub fn interfaces(
 
 /// Returns the descriptions of a configuration's modules.
 /// Modules of unknown plugins are left out.
-fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<String, Description> {
+fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> SortedMap<String, Description> {
     let described = |module: &Module| {
         let kinds = plugins.iter().flat_map(Plugin::kinds);
         let kind = kinds.into_iter().find(|kind| kind.name() == module.kind.value)?;

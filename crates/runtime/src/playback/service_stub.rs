@@ -1,10 +1,10 @@
 //! Stand-ins for modules that provide services.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Direction, Plugin, PortDescription};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::DESCRIPTION;
 use crate::aspects;
@@ -45,8 +45,8 @@ fn needs(description: &Description) -> impl Iterator<Item = &'static Descriptor>
 /// When no module can replace such a provider.
 pub(super) fn service_stubs(
     plugins: &[Plugin],
-    descriptions: &BTreeMap<String, Description>,
-    modules: &BTreeSet<String>,
+    descriptions: &SortedMap<String, Description>,
+    modules: &SortedSet<String>,
 ) -> Result<Vec<ServiceStub>, String> {
     let mut all: Vec<ServiceStub> = Vec::new();
     let run = || modules.iter().filter_map(|name| Some((name, descriptions.get(name)?)));
@@ -98,8 +98,8 @@ fn plays(description: &Description, provider: &Description, service: u64) -> Opt
 /// Returns the services that only absent modules used, in words.
 /// Nothing calls them in the replay.
 pub(super) fn unneeded(
-    descriptions: &BTreeMap<String, Description>,
-    modules: &BTreeSet<String>,
+    descriptions: &SortedMap<String, Description>,
+    modules: &SortedSet<String>,
 ) -> Vec<String> {
     let mut unrecorded = Vec::new();
     for (name, own) in descriptions.iter().filter(|(name, _)| modules.contains(*name)) {

@@ -1,9 +1,8 @@
 //! Content of a snapshot, with the names that the file has.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_engine::{ActuatorSnapshot, Bytes, MailboxSnapshot, PropertySnapshot};
+use slate_sorted::SortedMap;
 
 use slate_configuration::{InferredLink, Layered};
 use slate_engine::main_loop::LoopSnapshot;
@@ -26,17 +25,17 @@ pub(crate) struct SnapshotImage {
     /// Number of outputs counted for the digest.
     pub outputs: u32,
     /// Log levels by module; the empty name is for all others.
-    pub log_levels: BTreeMap<String, u32>,
-    pub modules: BTreeMap<String, ModuleSnapshot>,
-    pub properties: BTreeMap<String, PropertySnapshot>,
+    pub log_levels: SortedMap<String, u32>,
+    pub modules: SortedMap<String, ModuleSnapshot>,
+    pub properties: SortedMap<String, PropertySnapshot>,
     /// Mailboxes without a receiver.
-    pub mailboxes: BTreeMap<String, MailboxSnapshot>,
-    pub actuators: BTreeMap<String, ActuatorSnapshot>,
+    pub mailboxes: SortedMap<String, MailboxSnapshot>,
+    pub actuators: SortedMap<String, ActuatorSnapshot>,
     /// Time of the next cycle, as a module has set it.
     pub next_time: Option<u64>,
     /// Content of the application.
     #[serde(rename = "keepsakes")]
-    pub application_states: BTreeMap<String, Bytes>,
+    pub application_states: SortedMap<String, Bytes>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]

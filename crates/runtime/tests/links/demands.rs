@@ -1,28 +1,28 @@
 //! What links want of other agents.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::sharing::{Compression, Pace, RemoteDemand, RemotePath, Sharing, SharingError, Site};
 use slate_runtime::{Agent, NewLink, Options, Rate};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::links::support::all;
 
 /// Keeps what is wanted.
 #[derive(Clone, Default)]
-struct Kept(Arc<Mutex<BTreeMap<RemotePath, RemoteDemand>>>);
+struct Kept(Arc<Mutex<SortedMap<RemotePath, RemoteDemand>>>);
 
 impl Sharing for Kept {
     fn start(&mut self, _: Site) -> Result<(), SharingError> {
         Ok(())
     }
 
-    fn set_demands(&mut self, demands: BTreeMap<RemotePath, RemoteDemand>) {
+    fn set_demands(&mut self, demands: SortedMap<RemotePath, RemoteDemand>) {
         *self.0.lock().unwrap() = demands;
     }
 
-    fn carriers(&self) -> BTreeSet<String> {
+    fn carriers(&self) -> SortedSet<String> {
         ["local".into()].into()
     }
 }

@@ -1,6 +1,5 @@
 //! Links that change while a module has not returned from its step.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -13,6 +12,7 @@ use slate_runtime::sharing::{
     DemandState, RemoteDemand, RemotePath, Sharing, SharingError, SharingHost, Site,
 };
 use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, Stopper};
+use slate_sorted::SortedMap;
 
 use crate::links::common::Number;
 use crate::links::support::{all, hold};
@@ -27,7 +27,7 @@ impl Sharing for Told {
         Ok(())
     }
 
-    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
+    fn set_demands(&mut self, _: SortedMap<RemotePath, RemoteDemand>) {}
 }
 
 /// An agent that runs until this is dropped.

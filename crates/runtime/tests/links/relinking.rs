@@ -1,11 +1,11 @@
 //! Links that change while the agent runs.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_runtime::configuration::{Configuration, SaveTo};
 use slate_runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
 use slate_runtime::{Agent, NewLink};
+use slate_sorted::SortedMap;
 
 use crate::links::common::number;
 use crate::links::support::{agent, lockstep, steps};
@@ -193,7 +193,7 @@ kind = "receiver"
     let mut agent = lockstep(text);
     let inboxes = |agent: &Agent| {
         let links = agent.composer().links().into_iter().filter(|link| link.sends);
-        links.map(|link| (link.from, link.to)).collect::<BTreeMap<_, _>>()
+        links.map(|link| (link.from, link.to)).collect::<SortedMap<_, _>>()
     };
     let both = |of_sender: &str| {
         let links = [("/sender/note", of_sender), ("/second/note", "sum/notes")];
@@ -241,7 +241,7 @@ impl Sharing for Nobody {
         Ok(())
     }
 
-    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
+    fn set_demands(&mut self, _: SortedMap<RemotePath, RemoteDemand>) {}
 }
 
 #[test]

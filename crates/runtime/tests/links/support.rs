@@ -1,6 +1,5 @@
 //! Modules and agents of these tests.
 
-use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -8,6 +7,7 @@ use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::{Agent, Mode, Options, Rate};
+use slate_sorted::SortedSet;
 
 use crate::links::common::{Number, Pair, plugins};
 
@@ -158,7 +158,7 @@ impl Module for Watcher {
 }
 
 /// Modules that do not return from their steps while they are among these.
-static HELD: Mutex<BTreeSet<u64>> = Mutex::new(BTreeSet::new());
+static HELD: Mutex<SortedSet<u64>> = Mutex::new(SortedSet::new());
 
 /// Holds modules of that number, or lets them go.
 pub fn hold(number: u64, held: bool) {

@@ -61,7 +61,7 @@ fn a_file_with_more_behind_it_is_refused() {
 #[test]
 fn other_version_is_reported() {
     let mut bytes = Vec::new();
-    let later = [("slate_snapshot", 2)].into_iter().collect::<std::collections::BTreeMap<_, _>>();
+    let later = [("slate_snapshot", 2)].into_iter().collect::<slate_sorted::SortedMap<_, _>>();
     ciborium::into_writer(&later, &mut bytes).unwrap();
     let error = read("later", &bytes).unwrap_err();
     assert!(matches!(error, SnapshotError::Version { found: 2, expected: 1, .. }), "{error}");

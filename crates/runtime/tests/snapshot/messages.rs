@@ -1,12 +1,11 @@
 //! What senders know of their messages after an agent continued from a snapshot.
 
-use std::collections::BTreeMap;
-
 use slate_module::prelude::*;
 use slate_module::{Delivery, Plugin};
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::sharing::{RemoteDemand, RemotePath, Sharing, SharingError, Site};
 use slate_runtime::{Agent, Options};
+use slate_sorted::SortedMap;
 
 use crate::snapshot::common::{Number, Pair, number, plugins};
 use crate::snapshot::support::{options, seen, steps};
@@ -46,7 +45,7 @@ impl Sharing for Alone {
         Ok(())
     }
 
-    fn set_demands(&mut self, _: BTreeMap<RemotePath, RemoteDemand>) {}
+    fn set_demands(&mut self, _: SortedMap<RemotePath, RemoteDemand>) {}
 }
 
 fn agent(rest: &str) -> Agent {

@@ -1,7 +1,6 @@
 //! Thread between an agent and its peers.
 //! It makes the subscriptions that links need, and reports their status to the agent.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -10,6 +9,7 @@ use slate_blackboard::nearest_names;
 use slate_module::Level;
 use slate_runtime::directory::agents;
 use slate_runtime::sharing::{DemandState, RemoteDemand, RemotePath, Site};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::outbox::Outbox;
 use super::reading::RemoteReading;
@@ -30,15 +30,15 @@ const REPLY_POLL_PERIOD: Duration = Duration::from_millis(2);
 pub(super) struct Bridge {
     subscriptions: Subscriptions,
     site: Site,
-    readings: BTreeMap<RemotePath, RemoteReading>,
-    outboxes: BTreeMap<RemotePath, Outbox>,
+    readings: SortedMap<RemotePath, RemoteReading>,
+    outboxes: SortedMap<RemotePath, Outbox>,
     /// Endpoint that each agent is dialed at, or the reason against it.
-    dialed: BTreeMap<String, Result<String, String>>,
+    dialed: SortedMap<String, Result<String, String>>,
     /// Check for conditions that will prevent links, and the time of its last run, ns.
     warning: Option<Warning>,
     warned: u64,
     /// Suggestions for unknown agents, and the time of each look-up, ns.
-    suggestions: BTreeMap<String, (u64, String)>,
+    suggestions: SortedMap<String, (u64, String)>,
 }
 
 impl Bridge {
@@ -46,12 +46,12 @@ impl Bridge {
         Self {
             subscriptions: Subscriptions::new(peers),
             site,
-            readings: BTreeMap::new(),
-            outboxes: BTreeMap::new(),
-            dialed: BTreeMap::new(),
+            readings: SortedMap::new(),
+            outboxes: SortedMap::new(),
+            dialed: SortedMap::new(),
             warning,
             warned: 0,
-            suggestions: BTreeMap::new(),
+            suggestions: SortedMap::new(),
         }
     }
 
@@ -92,7 +92,7 @@ impl Bridge {
             .readings
             .iter()
             .filter(|(path, reading)| demands.get(*path).is_some_and(|demand| *demand != reading.demand));
-        let changed: BTreeSet<(String, String)> =
+        let changed: SortedSet<(String, String)> =
             changed.map(|(path, reading)| (path.agent.clone(), reading.property().to_owned())).collect();
         let subscriptions = &mut self.subscriptions;
         self.readings.retain(|path, reading| {
@@ -128,7 +128,7 @@ impl Bridge {
         let is_wanted = |agent: &String| demands.keys().any(|path| path.agent == *agent);
         // Agents of the team also exchange its knowledge.
         let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
-        for (agent, _) in self.dialed.extract_if(.., |agent, _| !is_wanted(agent)) {
+        for (agent, _) in self.dialed.extract_if(|agent, _| !is_wanted(agent)) {
             self.suggestions.remove(&agent);
             if !is_mate(&agent) {
                 self.subscriptions.peers.forget(&agent);
@@ -148,8 +148,8 @@ impl Bridge {
 
     /// Updates the status of all links and reports changes to the agent.
     fn update_status(&mut self, now: u64) {
-        let agents: BTreeSet<String> = self.dialed.keys().cloned().collect();
-        let absences: BTreeMap<String, String> = agents
+        let agents: SortedSet<String> = self.dialed.keys().cloned().collect();
+        let absences: SortedMap<String, String> = agents
             .into_iter()
             .filter_map(|agent| Some((agent.clone(), self.absence(&agent, now)?)))
             .collect();
@@ -205,7 +205,7 @@ impl Bridge {
         if running.iter().any(|running| running == agent) {
             return String::new();
         }
-        let known: BTreeSet<String> = running.into_iter().chain(self.site.agents.keys().cloned()).collect();
+        let known: SortedSet<String> = running.into_iter().chain(self.site.agents.keys().cloned()).collect();
         let others = known.iter().map(String::as_str).filter(|known| *known != own && *known != agent);
         let suggestions = match nearest_names(agent, others).join(", ") {
             suggestions if suggestions.is_empty() => suggestions,

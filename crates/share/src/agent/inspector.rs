@@ -1,12 +1,12 @@
 //! Inspection of other agents for tools.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use slate_blackboard::nearest_names;
 use slate_runtime::directory::agents;
 use slate_runtime::sharing::{Inspection, RemoteProperty};
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::peers::Peers;
 
@@ -18,11 +18,11 @@ const CONNECT_POLL_PERIOD: Duration = Duration::from_millis(5);
 pub(super) struct Inspector {
     /// Weak reference to the peers.
     peers: Weak<Peers>,
-    endpoints: BTreeMap<String, String>,
+    endpoints: SortedMap<String, String>,
 }
 
 impl Inspector {
-    pub fn new(peers: &Arc<Peers>, endpoints: BTreeMap<String, String>) -> Self {
+    pub fn new(peers: &Arc<Peers>, endpoints: SortedMap<String, String>) -> Self {
         Self { peers: Arc::downgrade(peers), endpoints }
     }
 
@@ -40,7 +40,7 @@ impl Inspector {
         if known.iter().any(|known| known == agent) {
             return Ok(());
         }
-        let names: BTreeSet<&str> = known.iter().chain(self.endpoints.keys()).map(String::as_str).collect();
+        let names: SortedSet<&str> = known.iter().chain(self.endpoints.keys()).map(String::as_str).collect();
         let near = nearest_names(agent, names.iter().copied());
         let others = match (names.is_empty(), near.is_empty()) {
             (true, _) => "none is known".to_owned(),

@@ -14,7 +14,6 @@ mod outbox;
 mod reading;
 mod subscriptions;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -26,6 +25,7 @@ use slate_runtime::configuration::{Configuration, Report};
 use slate_runtime::sharing::{
     About, Inspection, RemoteDemand, RemotePath, Sharing, SharingError, Site, TEAM, TeamExchange,
 };
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::carrier::{Carrier, CarrierError};
 use crate::peers::{KnownCarriers, Notice, PeerEvent, Peers, Rights, Setup, lock};
@@ -35,7 +35,7 @@ use bridge::Bridge;
 use inspector::Inspector;
 
 /// Requested properties and mailboxes, by their paths.
-type Demands = BTreeMap<RemotePath, RemoteDemand>;
+type Demands = SortedMap<RemotePath, RemoteDemand>;
 
 /// Check that returns a warning about conditions that will prevent links.
 type Warning = Box<dyn Fn() -> Option<String> + Send>;
@@ -46,13 +46,13 @@ pub struct AgentSharing {
     /// Limits of a session.
     pub limits: Limits,
     /// Carriers in addition to `local`, by the prefix of their endpoints.
-    pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    pub carriers: SortedMap<String, Arc<dyn Carrier>>,
     running: Option<RunningSharing>,
     inspector: Option<Arc<Inspector>>,
     inbox: Option<Arc<TeamInbox>>,
 }
 
-type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
+type Carriers = SortedMap<String, Arc<dyn Carrier>>;
 
 /// Running thread of the bridge, and the team.
 struct RunningSharing {
@@ -147,7 +147,7 @@ impl Sharing for AgentSharing {
         }
     }
 
-    fn carriers(&self) -> BTreeSet<String> {
+    fn carriers(&self) -> SortedSet<String> {
         let built_in = ["local"].into_iter();
         let built_in = built_in.chain(cfg!(feature = "tls").then_some("tls"));
         self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()

@@ -1,19 +1,20 @@
 //! Subscriptions that links share, as several may read fields of one property.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
+
+use slate_sorted::SortedMap;
 
 use crate::peers::{PeerError, Peers, Status, WantedProperty};
 
 pub(super) struct Subscriptions {
     pub peers: Arc<Peers>,
     /// Subscriptions by agent and property, with the number of users.
-    open: BTreeMap<(String, String), (u32, usize)>,
+    open: SortedMap<(String, String), (u32, usize)>,
 }
 
 impl Subscriptions {
     pub fn new(peers: Arc<Peers>) -> Self {
-        Self { peers, open: BTreeMap::new() }
+        Self { peers, open: SortedMap::new() }
     }
 
     /// Adds a user of a subscription; the first user creates it.

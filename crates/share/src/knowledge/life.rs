@@ -1,6 +1,7 @@
-use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::Arc;
+
+use slate_sorted::SortedMap;
 
 use super::Limits;
 use super::limits::FACT_BYTES;
@@ -17,8 +18,8 @@ pub(crate) struct Life {
     pub floor: u64,
     /// Invalidation of all earlier lives of the origin.
     pub closes: bool,
-    entries: BTreeMap<u64, LifeEntry>,
-    keys: BTreeMap<Arc<[u8]>, u64>,
+    entries: SortedMap<u64, LifeEntry>,
+    keys: SortedMap<Arc<[u8]>, u64>,
     bytes: usize,
     retractions: usize,
 }
@@ -54,8 +55,8 @@ impl Life {
             version: 0,
             floor: 0,
             closes: false,
-            entries: BTreeMap::new(),
-            keys: BTreeMap::new(),
+            entries: SortedMap::new(),
+            keys: SortedMap::new(),
             bytes: 0,
             retractions: 0,
         }

@@ -1,17 +1,18 @@
 //! Carriers of an agent, by the prefix of their endpoints.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
+
+use slate_sorted::SortedMap;
 
 use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
 
 /// Carriers of an agent: its own, and built-in ones.
-pub(crate) struct KnownCarriers(BTreeMap<String, Arc<dyn Carrier>>);
+pub(crate) struct KnownCarriers(SortedMap<String, Arc<dyn Carrier>>);
 
 impl KnownCarriers {
     /// Adds the built-in carriers; those of the agent take precedence.
-    pub fn new(mut own: BTreeMap<String, Arc<dyn Carrier>>) -> Self {
+    pub fn new(mut own: SortedMap<String, Arc<dyn Carrier>>) -> Self {
         own.entry("local".into()).or_insert_with(|| Arc::new(Local));
         #[cfg(feature = "tls")]
         own.entry("tls".into()).or_insert_with(|| Arc::new(crate::carrier::tls::Tls::default()));

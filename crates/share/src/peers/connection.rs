@@ -1,7 +1,7 @@
 //! Connection to another agent, with a sending and a receiving thread.
 //! No other thread waits for these two.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
@@ -9,6 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
+use slate_sorted::SortedMap;
 
 use super::context::{PeerContext, impostor, lock};
 use super::dialling::Dialling;
@@ -71,8 +72,8 @@ struct CurrentLink {
 /// Requests that wait for an answer of the other agent.
 #[derive(Debug, Default)]
 pub(super) struct PendingReplies {
-    pub answers: BTreeMap<u64, Sender<DeliveryStatus>>,
-    pub lists: BTreeMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
+    pub answers: SortedMap<u64, Sender<DeliveryStatus>>,
+    pub lists: SortedMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
 }
 
 impl PeerConnection {

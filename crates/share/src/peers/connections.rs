@@ -1,12 +1,12 @@
 //! Connections to all other agents.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 
 use slate_blackboard::wake::Wake;
+use slate_sorted::SortedMap;
 
 use super::Peer;
 use super::connection::PeerConnection;
@@ -16,7 +16,7 @@ use super::context::{PeerContext, lock};
 const MAX_AGENTS: usize = 256;
 
 /// The connections by the names of agents.
-pub(super) type ConnectionsByAgent = BTreeMap<String, RunningConnection>;
+pub(super) type ConnectionsByAgent = SortedMap<String, RunningConnection>;
 
 /// Connection with its two threads.
 pub(super) struct RunningConnection {
@@ -115,7 +115,6 @@ impl ConnectionTable {
 
 /// Ends unused connections and removes them.
 pub(super) fn end_idle(connections: &mut ConnectionsByAgent, now: u64) -> Vec<RunningConnection> {
-    let idle =
-        connections.extract_if(.., |_, running| running.connection.is_idle(now)).map(|(_, running)| running);
-    idle.inspect(|running| running.connection.end()).collect()
+    let idle = connections.extract_if(|_, running| running.connection.is_idle(now));
+    idle.into_iter().map(|(_, running)| running).inspect(|running| running.connection.end()).collect()
 }

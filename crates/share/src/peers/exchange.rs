@@ -1,10 +1,11 @@
 //! Properties exchanged with another agent, for use by its session.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
+use slate_sorted::SortedMap;
 
 use super::Allowance;
 use super::export::Export;
@@ -18,8 +19,8 @@ pub(super) struct PeerExchange {
     pub board: Arc<Board>,
     pub agent: String,
     pub wake: Arc<Wake>,
-    pub exports: BTreeMap<u32, Export>,
-    pub imports: BTreeMap<u32, Import>,
+    pub exports: SortedMap<u32, Export>,
+    pub imports: SortedMap<u32, Import>,
     pub events: VecDeque<Event>,
     pub estimate: Option<Estimate>,
     /// Rights of the other agent; unrestricted if `None`.
@@ -38,8 +39,8 @@ impl PeerExchange {
             board: Arc::clone(board),
             agent: agent.into(),
             wake: Arc::clone(wake),
-            exports: BTreeMap::new(),
-            imports: BTreeMap::new(),
+            exports: SortedMap::new(),
+            imports: SortedMap::new(),
             events: VecDeque::new(),
             estimate: None,
             allowance: None,

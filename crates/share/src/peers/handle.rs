@@ -1,4 +1,3 @@
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
@@ -8,6 +7,7 @@ use std::time::Duration;
 
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
+use slate_sorted::SortedMap;
 
 use super::agent_listener::start_listener;
 use super::carriers::KnownCarriers;
@@ -36,7 +36,7 @@ pub struct Setup {
     pub rights: Rights,
     /// Carriers by the prefix of their endpoints, before the colon.
     /// `local` is always available, and so is `tls` where it was built, which carries nothing without certificates.
-    pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    pub carriers: SortedMap<String, Arc<dyn Carrier>>,
     /// Polling period of the properties that others read, ns.
     /// `None` if [`Notifier::notify`] is called after every tick.
     pub poll: Option<u64>,
@@ -56,7 +56,7 @@ impl Setup {
             limits: Limits::default(),
             listen: Vec::new(),
             rights: Rights::default(),
-            carriers: BTreeMap::new(),
+            carriers: SortedMap::new(),
             poll: Some(1_000_000),
             updated: None,
             notice: None,

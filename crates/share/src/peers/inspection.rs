@@ -1,12 +1,11 @@
 //! Descriptions of an agent's properties for another agent.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::View;
 use slate_blackboard::{Access, Board, Carrier, Pattern, Property, Stamp};
 use slate_module::encode_interface;
 use slate_runtime::sharing::{Newest, RemoteProperty};
+use slate_sorted::SortedMap;
 
 use super::Allowance;
 use super::rights::{may_read, may_send};
@@ -137,7 +136,7 @@ fn write(property: &Property, newest: EntryNewest<'_>, part: &mut Vec<u8>) {
 /// Incomplete answers to this agent's questions.
 #[derive(Debug, Default)]
 pub(super) struct Answers {
-    parts: BTreeMap<u32, (Vec<RemoteProperty>, usize)>,
+    parts: SortedMap<u32, (Vec<RemoteProperty>, usize)>,
 }
 
 impl Answers {

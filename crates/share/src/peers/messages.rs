@@ -1,10 +1,10 @@
 //! Messages that another agent sends to mailboxes of this one.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::message::{ABANDONED, Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Board, Carrier, Property};
+use slate_sorted::SortedMap;
 
 use crate::session::{DeliveryStatus, Session};
 
@@ -12,7 +12,7 @@ use crate::session::{DeliveryStatus, Session};
 #[derive(Debug, Default)]
 pub(super) struct Messages {
     /// Sender per mailbox, which keeps its messages in order.
-    senders: BTreeMap<String, (Arc<Property>, Sender)>,
+    senders: SortedMap<String, (Arc<Property>, Sender)>,
     pending: Vec<(u64, String, Ticket)>,
 }
 

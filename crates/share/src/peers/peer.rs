@@ -1,11 +1,12 @@
 //! Peer: another agent, as seen from this agent's board.
 //! It has no thread and no clock: see [`super::Peers`].
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
+use slate_sorted::SortedMap;
 
 use super::exchange::{LiveExchange, PeerExchange};
 use super::export::{Export, Unserved};
@@ -40,7 +41,7 @@ const CONTROL_RESERVE: usize = 1 << 20;
 pub struct Peer {
     pub(super) session: Session,
     pub(super) exchange: PeerExchange,
-    queries: BTreeMap<u32, PropertyQuery>,
+    queries: SortedMap<u32, PropertyQuery>,
     answers: Answers,
     messages: Messages,
     observer: Observer,
@@ -58,7 +59,7 @@ impl Peer {
         Self {
             session: Session::new(own, Some(agent), limits),
             exchange: PeerExchange::new(board, agent, wake),
-            queries: BTreeMap::new(),
+            queries: SortedMap::new(),
             answers: Answers::default(),
             messages: Messages::default(),
             observer: board.observe(&all, 256, Some(Arc::clone(wake))),

@@ -1,17 +1,17 @@
 //! Rights of other agents.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 pub use slate_runtime::configuration::Allowance;
 
 /// Rights of other agents in this one.
 /// Everything is allowed unless they are restricted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Rights(Option<BTreeMap<String, Allowance>>);
+pub struct Rights(Option<SortedMap<String, Allowance>>);
 
 impl Rights {
     /// Creates restricted rights; agents that are not listed have none.
-    pub fn restricted(allow: BTreeMap<String, Allowance>) -> Self {
+    pub fn restricted(allow: SortedMap<String, Allowance>) -> Self {
         Self(Some(allow))
     }
 

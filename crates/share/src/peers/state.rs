@@ -1,12 +1,12 @@
 //! States of other agents for tools: one property per agent and per subscription.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Property, Store};
 use slate_module::{Bool, Text, interface};
+use slate_sorted::SortedMap;
 
 use super::Peer;
 use super::import::Status;
@@ -82,7 +82,7 @@ pub struct ServedState {
 pub(super) struct PeerStates {
     board: Arc<Board>,
     prefix: String,
-    shown: BTreeMap<String, ShownStates>,
+    shown: SortedMap<String, ShownStates>,
 }
 
 #[derive(Debug)]
@@ -98,7 +98,7 @@ struct ShownStates {
 impl PeerStates {
     pub fn new(board: &Arc<Board>, agent: &str) -> Self {
         let prefix = format!("peers/{agent}");
-        Self { board: Arc::clone(board), prefix, shown: BTreeMap::new() }
+        Self { board: Arc::clone(board), prefix, shown: SortedMap::new() }
     }
 
     /// Publishes states that have changed.

@@ -1,5 +1,5 @@
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use slate_sorted::MapEntry;
+use slate_sorted::SortedMap;
 
 use super::Content;
 use super::wire::{Announcement, Fragment, StreamReport};
@@ -38,13 +38,13 @@ pub(super) struct Inbound {
     window: usize,
     /// Number of the first missing fragment.
     expected: u64,
-    early: BTreeMap<u64, ItemPiece>,
+    early: SortedMap<u64, ItemPiece>,
     early_bytes: usize,
     /// Item being assembled in order, and the number of its received fragments.
     item: Vec<u8>,
     received_fragments: u32,
     /// Incomplete items, by the number of their first fragment.
-    partial_items: BTreeMap<u64, PartialItem>,
+    partial_items: SortedMap<u64, PartialItem>,
     unreported: u32,
     unreported_bytes: usize,
     owes_report: bool,
@@ -63,7 +63,7 @@ struct ItemPiece {
 
 #[derive(Debug, Default)]
 struct PartialItem {
-    pieces: BTreeMap<u32, Vec<u8>>,
+    pieces: SortedMap<u32, Vec<u8>>,
     bytes: usize,
 }
 
@@ -76,11 +76,11 @@ impl Inbound {
             // A sender may have a whole window in flight, and the item that is on its way.
             window: window.saturating_mul(2),
             expected: 1,
-            early: BTreeMap::new(),
+            early: SortedMap::new(),
             early_bytes: 0,
             item: Vec::new(),
             received_fragments: 0,
-            partial_items: BTreeMap::new(),
+            partial_items: SortedMap::new(),
             unreported: 0,
             unreported_bytes: 0,
             owes_report: false,
@@ -209,7 +209,7 @@ impl Inbound {
             self.partial_items.remove(&start);
             return false;
         }
-        if let Entry::Vacant(place) = item.pieces.entry(index) {
+        if let MapEntry::Vacant(place) = item.pieces.entry(index) {
             item.bytes += bytes.0.len();
             place.insert(bytes.0.to_vec());
         }

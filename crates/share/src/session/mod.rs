@@ -21,7 +21,7 @@ mod sending;
 mod subscription;
 mod wire;
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::VecDeque;
 
 pub use clock::Estimate;
 pub use connection::Identity;
@@ -33,6 +33,7 @@ pub use options::{Compression, Content, Limits, Mode, Options};
 pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
 
 use slate_blackboard::Url;
+use slate_sorted::{SortedMap, SortedSet};
 
 use clock::PeerClock;
 use connection::{Greeting, SessionConnection};
@@ -100,19 +101,19 @@ pub struct Session {
     control_queue: VecDeque<Vec<u8>>,
     control_queue_bytes: usize,
     knowledge: Knowledge,
-    readings: BTreeMap<u32, ReadStream>,
-    servings: BTreeMap<u32, Serving>,
+    readings: SortedMap<u32, ReadStream>,
+    servings: SortedMap<u32, Serving>,
     /// Subscription that is served first.
     cursor: u32,
     next_id: u32,
     next_ticket: u64,
     next_request: u32,
     /// Messages of this agent without a final answer, and whether they were accepted.
-    tickets: BTreeMap<u64, bool>,
+    tickets: SortedMap<u64, bool>,
     /// Unanswered questions of this agent, and whether they still wait for the answer.
-    requests: BTreeMap<u32, bool>,
+    requests: SortedMap<u32, bool>,
     /// Open questions of the other agent.
-    open_queries: BTreeSet<u32>,
+    open_queries: SortedSet<u32>,
     /// Refusal to be sent in any state.
     refusal: Option<Vec<u8>>,
     refused: Option<String>,
@@ -136,15 +137,15 @@ impl Session {
             control_queue: VecDeque::new(),
             control_queue_bytes: 0,
             knowledge: Knowledge::default(),
-            readings: BTreeMap::new(),
-            servings: BTreeMap::new(),
+            readings: SortedMap::new(),
+            servings: SortedMap::new(),
             cursor: 0,
             next_id: 1,
             next_ticket: 1,
             next_request: 1,
-            tickets: BTreeMap::new(),
-            requests: BTreeMap::new(),
-            open_queries: BTreeSet::new(),
+            tickets: SortedMap::new(),
+            requests: SortedMap::new(),
+            open_queries: SortedSet::new(),
             refusal: None,
             refused: None,
             counters: Counters::default(),

@@ -1,5 +1,7 @@
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
+
+use slate_sorted::SortedSet;
 
 use super::Content;
 use super::wire::{Announcement, StreamReport};
@@ -22,7 +24,7 @@ pub(super) struct Outbound {
     bytes_in_flight: usize,
     /// Unsent rest of the current item.
     unsent: Option<UnsentItem>,
-    retransmissions: BTreeSet<u64>,
+    retransmissions: SortedSet<u64>,
     /// Number before which all fragments are confirmed or obsolete.
     confirmed: u64,
     announce_at: Option<u64>,
@@ -73,7 +75,7 @@ impl Outbound {
             unconfirmed: VecDeque::new(),
             bytes_in_flight: 0,
             unsent: None,
-            retransmissions: BTreeSet::new(),
+            retransmissions: SortedSet::new(),
             confirmed: 1,
             announce_at: None,
             announce_interval: MIN_ANNOUNCE_INTERVAL,

@@ -1,7 +1,6 @@
-use std::collections::{BTreeMap, BTreeSet};
-
 use slate_blackboard::interface::Descriptor;
 use slate_module::encode_interface;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::Layout;
 use super::number::{clash, robot_number};
@@ -38,9 +37,9 @@ pub struct Member {
     name: String,
     replica: Replica,
     /// Robots in reach, by their numbers.
-    neighbors: BTreeMap<u32, Neighbor>,
+    neighbors: SortedMap<u32, Neighbor>,
     /// Interfaces that this robot has stated.
-    stated: BTreeSet<u64>,
+    stated: SortedSet<u64>,
 }
 
 #[derive(Debug)]
@@ -84,7 +83,7 @@ impl Member {
             Some(saved) => Replica::restore(robot, random, limits, saved)?,
             None => Replica::new(robot, random, limits),
         };
-        Ok(Self { name: name.into(), replica, neighbors: BTreeMap::new(), stated: BTreeSet::new() })
+        Ok(Self { name: name.into(), replica, neighbors: SortedMap::new(), stated: SortedSet::new() })
     }
 
     /// Returns the robot's name.
@@ -243,13 +242,13 @@ impl Member {
     }
 
     /// Returns all facts by topic, key and robot.
-    pub fn known(&self) -> BTreeMap<&str, Vec<TeamFact<'_>>> {
+    pub fn known(&self) -> SortedMap<&str, Vec<TeamFact<'_>>> {
         let names = self.replica.facts(NAME_KEY).filter_map(|fact| {
             let name = std::str::from_utf8(fact.statement.value).ok()?;
             Some((fact.origin, name))
         });
-        let names: BTreeMap<u32, &str> = names.collect();
-        let mut known: BTreeMap<&str, Vec<TeamFact<'_>>> = BTreeMap::new();
+        let names: SortedMap<u32, &str> = names.collect();
+        let mut known: SortedMap<&str, Vec<TeamFact<'_>>> = SortedMap::new();
         for whole in self.replica.keys() {
             let Some((topic, key)) = split_key(whole) else { continue };
             let facts = self.replica.facts(whole).map(|fact| {

@@ -17,7 +17,6 @@ mod state;
 mod stated_topic;
 mod work;
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -26,6 +25,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::Site;
+use slate_sorted::SortedMap;
 
 use crate::peers::{Peers, lock};
 pub(crate) use inbox::{TeamEvent, TeamInbox, TeamRoute};
@@ -37,7 +37,7 @@ pub use state::TeamState;
 use work::TeamWork;
 
 /// Topics that modules read, with the interfaces of their ports.
-pub(crate) type Topics = BTreeMap<String, Option<&'static Descriptor>>;
+pub(crate) type Topics = SortedMap<String, Option<&'static Descriptor>>;
 
 /// Thread of an agent that takes part in a team.
 pub(crate) struct Team {

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 /// Returns the number of a robot, a hash of its name.
 pub fn robot_number(name: &str) -> u32 {
@@ -8,7 +8,7 @@ pub fn robot_number(name: &str) -> u32 {
 
 /// Refuses names with the same number.
 pub(super) fn check<'a>(own: &'a str, others: impl Iterator<Item = &'a str>) -> Result<(), String> {
-    let mut numbers = BTreeMap::from([(robot_number(own), own)]);
+    let mut numbers = SortedMap::from([(robot_number(own), own)]);
     for name in others {
         if let Some(known) = numbers.insert(robot_number(name), name)
             && known != name

@@ -1,6 +1,5 @@
 //! Statements of the team about a topic, as a property of this agent.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
@@ -9,6 +8,7 @@ use slate_blackboard::{Access, Board, Property, Store};
 use slate_interfaces::{FactHead, FactTableHead};
 use slate_module::Text;
 use slate_runtime::sharing::TEAM;
+use slate_sorted::{SortedMap, SortedSet};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Layout, Member, TeamFact};
@@ -27,9 +27,9 @@ pub(super) struct ShownFacts {
     /// Head of the shown table.
     head: Option<FactTableHead>,
     /// Time since which each fact is known here, by key and robot.
-    heard: BTreeMap<(String, u32), (Version, u64)>,
+    heard: SortedMap<(String, u32), (Version, u64)>,
     /// Schemas of unfitting facts whose difference was reported.
-    unfit: BTreeSet<u64>,
+    unfit: SortedSet<u64>,
 }
 
 impl ShownFacts {
@@ -48,8 +48,8 @@ impl ShownFacts {
             layout,
             room,
             head: None,
-            heard: BTreeMap::new(),
-            unfit: BTreeSet::new(),
+            heard: SortedMap::new(),
+            unfit: SortedSet::new(),
         })
     }
 
@@ -74,7 +74,7 @@ impl ShownFacts {
         now: u64,
     ) -> Vec<String> {
         let (mut facts, other): (Vec<_>, Vec<_>) = facts.into_iter().partition(|known| self.fits(known));
-        let schemas: BTreeSet<u64> = other.iter().map(|known| known.fact.statement.schema).collect();
+        let schemas: SortedSet<u64> = other.iter().map(|known| known.fact.statement.schema).collect();
         self.unfit.retain(|schema| schemas.contains(schema));
         let mut differences = Vec::new();
         for schema in schemas {

@@ -1,10 +1,10 @@
 //! Topics on this agent's board, and their layouts.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_runtime::sharing::is_topic;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::shown::ShownFacts;
 use super::stated_topic::StatedTopic;
@@ -18,9 +18,9 @@ const MAX_UNUSED_TOPICS: usize = 64;
 pub(super) struct ShownTopics {
     board: Arc<Board>,
     room: usize,
-    shown: BTreeMap<String, ShownFacts>,
+    shown: SortedMap<String, ShownFacts>,
     /// Reasons why topics can't be shown.
-    errors: BTreeMap<String, String>,
+    errors: SortedMap<String, String>,
 }
 
 /// Result of an update.
@@ -41,7 +41,7 @@ pub(super) struct TopicUpdate {
 
 impl ShownTopics {
     pub fn new(board: &Arc<Board>, room: usize) -> Self {
-        Self { board: Arc::clone(board), room, shown: BTreeMap::new(), errors: BTreeMap::new() }
+        Self { board: Arc::clone(board), room, shown: SortedMap::new(), errors: SortedMap::new() }
     }
 
     /// Shows the known facts at this agent's time `now`, ns.
@@ -54,7 +54,7 @@ impl ShownTopics {
     ) -> TopicUpdate {
         let mut known = member.known();
         let mut result = TopicUpdate { facts: count(&known), ..TopicUpdate::default() };
-        let mut errors = BTreeMap::new();
+        let mut errors = SortedMap::new();
         for topic in self.choose(&known, read, stated) {
             let facts = known.remove(topic.as_str()).unwrap_or_default();
             let layout = self.layout(&topic, &facts, member, read, stated);
@@ -83,13 +83,13 @@ impl ShownTopics {
     /// Of the others, those already shown come first.
     fn choose(
         &mut self,
-        known: &BTreeMap<&str, Vec<TeamFact<'_>>>,
+        known: &SortedMap<&str, Vec<TeamFact<'_>>>,
         read: &Topics,
         stated: &[StatedTopic],
-    ) -> BTreeSet<String> {
+    ) -> SortedSet<String> {
         let stated = stated.iter().map(|stated| stated.topic.clone());
-        let used: BTreeSet<String> = read.keys().cloned().chain(stated).collect();
-        let unused = |shown: &BTreeMap<String, ShownFacts>| {
+        let used: SortedSet<String> = read.keys().cloned().chain(stated).collect();
+        let unused = |shown: &SortedMap<String, ShownFacts>| {
             shown.keys().filter(|topic| !used.contains(*topic)).count()
         };
         if unused(&self.shown) >= MAX_UNUSED_TOPICS {
@@ -126,7 +126,7 @@ impl ShownTopics {
         {
             return Ok(shown.layout);
         }
-        let mut seen = BTreeSet::new();
+        let mut seen = SortedSet::new();
         let schemas = facts.iter().map(|known| known.fact.statement.schema);
         let mut schemas = schemas.filter(|schema| seen.insert(*schema));
         match schemas.find_map(|schema| member.interface(schema)) {
@@ -153,6 +153,6 @@ impl ShownTopics {
     }
 }
 
-fn count(known: &BTreeMap<&str, Vec<TeamFact<'_>>>) -> u64 {
+fn count(known: &SortedMap<&str, Vec<TeamFact<'_>>>) -> u64 {
     known.values().map(|facts| facts.len() as u64).sum()
 }

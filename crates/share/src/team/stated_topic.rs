@@ -1,9 +1,9 @@
 //! Statements of this robot's blocks.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::{Board, Property};
+use slate_sorted::SortedMap;
 
 use super::{Layout, Member};
 
@@ -12,7 +12,7 @@ pub(super) struct StatedTopic {
     pub topic: String,
     path: String,
     /// Passed-on statements, by key.
-    forwarded: BTreeMap<String, Vec<u8>>,
+    forwarded: SortedMap<String, Vec<u8>>,
     /// Number and writer of the last table.
     stamp: (u64, u64),
     pub error: Option<String>,
@@ -21,7 +21,7 @@ pub(super) struct StatedTopic {
 impl StatedTopic {
     pub fn new(topic: &str, path: &str) -> Self {
         let (topic, path) = (topic.to_owned(), path.to_owned());
-        Self { topic, path, forwarded: BTreeMap::new(), stamp: (0, 0), error: None }
+        Self { topic, path, forwarded: SortedMap::new(), stamp: (0, 0), error: None }
     }
 
     /// Returns the property and the layout of its table, if it exists.

@@ -1,6 +1,5 @@
 //! Thread of the team's knowledge.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -11,6 +10,7 @@ use slate_blackboard::{Access, Board, Store};
 use slate_module::{Level, Text};
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::{DemandState, RemotePath, SharingHost, Site, TEAM};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::shown_topics::ShownTopics;
 use super::stated_topic::StatedTopic;
@@ -36,8 +36,8 @@ pub(super) struct TeamWork {
     topics: Topics,
     shown_topics: ShownTopics,
     /// Routes to other robots; each robot has at least one.
-    routes: BTreeMap<String, BTreeSet<TeamRoute>>,
-    reported: BTreeMap<String, DemandState>,
+    routes: SortedMap<String, SortedSet<TeamRoute>>,
+    reported: SortedMap<String, DemandState>,
     period: u64,
     saved: Option<SavedKnowledge>,
     /// Time of the next save, and flag of unsaved changes.
@@ -88,8 +88,8 @@ impl TeamWork {
                 .collect(),
             topics: Topics::new(),
             shown_topics: ShownTopics::new(&site.board, knowledge.room),
-            routes: BTreeMap::new(),
-            reported: BTreeMap::new(),
+            routes: SortedMap::new(),
+            reported: SortedMap::new(),
             period: knowledge.period,
             saved,
             saves_at: 0,

@@ -1,6 +1,5 @@
 //! Agents that are found at ports of this machine, with certificates.
 
-use std::collections::BTreeMap;
 use std::net::{TcpListener, UdpSocket};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use std::sync::{Arc, Mutex};
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use slate_share::carrier::Carrier;
 use slate_share::carrier::tls::{Credentials, Files, Tls};
+use slate_sorted::SortedMap;
 
 /// A free port that no connection gets by itself.
 pub fn port() -> u16 {
@@ -27,7 +27,7 @@ pub fn port() -> u16 {
 
 /// The ports of a test's agents.
 pub struct Net {
-    ports: Mutex<BTreeMap<String, u16>>,
+    ports: Mutex<SortedMap<String, u16>>,
     authority: Authority,
 }
 
@@ -41,7 +41,7 @@ impl Net {
         format!("tls:127.0.0.1:{port}")
     }
 
-    pub fn carriers(&self, name: &str) -> BTreeMap<String, Arc<dyn Carrier>> {
+    pub fn carriers(&self, name: &str) -> SortedMap<String, Arc<dyn Carrier>> {
         let (certificate, authority) = self.files(name);
         carriers(name, &certificate, &authority)
     }
@@ -57,10 +57,10 @@ pub fn carriers(
     name: &str,
     certificate: &Certificate,
     authority: &Path,
-) -> BTreeMap<String, Arc<dyn Carrier>> {
+) -> SortedMap<String, Arc<dyn Carrier>> {
     let credentials = certificate.load(authority, name).unwrap();
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
-    BTreeMap::from([("tls".into(), tls)])
+    SortedMap::from([("tls".into(), tls)])
 }
 
 /// Signs certificates.

@@ -9,7 +9,6 @@ mod agents;
 mod hub;
 mod network;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -25,6 +24,7 @@ use slate_blackboard::channel::Writer;
 use slate_share::carrier::Carrier;
 use slate_share::carrier::tls::{Credentials, Files, Tls};
 use slate_share::peers::{Allowance, Rights, Setup};
+use slate_sorted::SortedMap;
 
 /// How much longer than before a healthy agent may not be heard of, and a write take, while another one's network is ill.
 /// Threads of a busy machine wait for each other for longer than what the one may cost the other; a thread that waited for an ill
@@ -90,7 +90,7 @@ fn protected(setup: Setup, folder: &Path) -> Setup {
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(Credentials::load(files, &name).unwrap(), true));
     let all = || Allowance { read: vec![Pattern::parse("out/*").unwrap()], ..Allowance::default() };
     let rights = Rights::restricted(NAMES.map(|name| (name.to_owned(), all())).into());
-    Setup { carriers: BTreeMap::from([("tls".into(), tls)]), rights, ..setup }
+    Setup { carriers: SortedMap::from([("tls".into(), tls)]), rights, ..setup }
 }
 
 /// A hub, and two agents at the other ends of its cables.

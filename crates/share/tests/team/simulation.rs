@@ -1,6 +1,5 @@
-use std::collections::BTreeMap;
-
 use slate_share::knowledge::{Limits, Replica, Statement, Version};
+use slate_sorted::SortedMap;
 
 use crate::network::{Network, ROUND, Weather, What};
 use crate::random::Random;
@@ -51,7 +50,7 @@ pub struct Simulation {
     restarts: u64,
     memory: usize,
     /// What some robots knew in the last round.
-    watched: BTreeMap<u32, BTreeMap<(u32, u64), u64>>,
+    watched: SortedMap<u32, SortedMap<(u32, u64), u64>>,
 }
 
 /// Microseconds; clocks are up to so much ahead.
@@ -81,7 +80,7 @@ impl Simulation {
             said: 0,
             restarts: 0,
             memory: 0,
-            watched: BTreeMap::new(),
+            watched: SortedMap::new(),
             random,
         };
         for robot in 0..scenario.robots {
@@ -254,7 +253,7 @@ impl Simulation {
         }
         for robot in 0..self.scenario.robots.min(3) {
             let replica = &self.robots[robot as usize];
-            let versions: BTreeMap<(u32, u64), u64> = (replica.versions())
+            let versions: SortedMap<(u32, u64), u64> = (replica.versions())
                 .map(|(origin, version)| ((origin, version.epoch), version.sequence))
                 .collect();
             let before = self.watched.insert(robot, versions.clone()).unwrap_or_default();
@@ -268,7 +267,7 @@ impl Simulation {
     }
 
     /// Whether the life is known at least so far, or is void.
-    fn is_kept(&self, versions: &BTreeMap<(u32, u64), u64>, life: (u32, u64), version: u64) -> bool {
+    fn is_kept(&self, versions: &SortedMap<(u32, u64), u64>, life: (u32, u64), version: u64) -> bool {
         let newer = versions.range((life.0, life.1 + 1)..=(life.0, u64::MAX)).count();
         let may_be_closed = self.scenario.limits.facts < 2 * KEYS as usize && newer > 0;
         match versions.get(&life) {
@@ -297,7 +296,7 @@ impl Simulation {
                 return Err(format!("robot {robot} has {word:?} as its last word about {key}"));
             }
         }
-        let versions: BTreeMap<(u32, u64), u64> = (self.robots[0].versions())
+        let versions: SortedMap<(u32, u64), u64> = (self.robots[0].versions())
             .map(|(origin, version)| ((origin, version.epoch), version.sequence))
             .collect();
         for (origin, version) in healed.iter().flatten() {

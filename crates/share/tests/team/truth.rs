@@ -1,6 +1,5 @@
-use std::collections::BTreeMap;
-
 use slate_share::knowledge::{Replica, Version};
+use slate_sorted::SortedMap;
 
 /// Keys are single bytes below this.
 pub const KEYS: u64 = 24;
@@ -15,19 +14,19 @@ type Said = (u64, u8, Word);
 #[derive(Default)]
 pub struct Truth {
     /// Of each life, its statements in order.
-    lives: BTreeMap<(u32, u64), Vec<Said>>,
+    lives: SortedMap<(u32, u64), Vec<Said>>,
     /// Of each robot, its last words since its present start.
-    runs: BTreeMap<u32, BTreeMap<u8, Word>>,
+    runs: SortedMap<u32, SortedMap<u8, Word>>,
     /// The newest statement of each robot that was noted.
-    noted: BTreeMap<u32, Version>,
+    noted: SortedMap<u32, Version>,
     /// What tells the lives of a robot's present start from others.
-    starts: BTreeMap<u32, u32>,
+    starts: SortedMap<u32, u32>,
 }
 
 impl Truth {
     /// The robot starts with that random number, and remembers nothing but what it has saved.
     pub fn start(&mut self, robot: u32, random: u32) {
-        self.runs.insert(robot, BTreeMap::new());
+        self.runs.insert(robot, SortedMap::new());
         self.noted.remove(&robot);
         self.starts.insert(robot, random);
     }
@@ -82,8 +81,8 @@ impl Truth {
 
     /// What a replica with those versions must show, by key and origin: what was stated up to them, a later life over
     /// an earlier one.
-    pub fn expected(&self, replica: &Replica) -> BTreeMap<(u8, u32), (Version, u64)> {
-        let mut expected = BTreeMap::new();
+    pub fn expected(&self, replica: &Replica) -> SortedMap<(u8, u32), (Version, u64)> {
+        let mut expected = SortedMap::new();
         let mut versions: Vec<(u32, Version)> = replica.versions().collect();
         versions.sort();
         for (origin, version) in versions {
@@ -106,8 +105,8 @@ impl Truth {
 }
 
 /// What a replica shows.
-pub fn shown(replica: &Replica) -> BTreeMap<(u8, u32), (Version, u64)> {
-    let mut shown = BTreeMap::new();
+pub fn shown(replica: &Replica) -> SortedMap<(u8, u32), (Version, u64)> {
+    let mut shown = SortedMap::new();
     for key in replica.keys() {
         for fact in replica.facts(key) {
             shown.insert((key[0], fact.origin), (fact.version, value(fact.statement.value)));

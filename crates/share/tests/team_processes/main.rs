@@ -6,7 +6,6 @@
 #[path = "../agents/mod.rs"]
 mod agents;
 
-use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -22,6 +21,7 @@ use slate_runtime::configuration::{Configuration, Options as Reading};
 use slate_runtime::{Agent, Control, Options, Rate};
 use slate_share::agent::AgentSharing;
 use slate_share::session::Limits;
+use slate_sorted::SortedSet;
 
 /// How many robots there are.
 const TEAM: usize = 8;
@@ -146,7 +146,7 @@ impl Robot {
     }
 
     /// The facts that it knows: key and robot.
-    fn facts(&mut self) -> BTreeSet<(String, String)> {
+    fn facts(&mut self) -> SortedSet<(String, String)> {
         let known = self.ask("known");
         let facts = known.split("; ").filter(|fact| !fact.is_empty());
         let names = |fact: &str| {
@@ -157,7 +157,7 @@ impl Robot {
     }
 }
 
-fn facts(all: &[(u32, usize)]) -> BTreeSet<(String, String)> {
+fn facts(all: &[(u32, usize)]) -> SortedSet<(String, String)> {
     all.iter().map(|(key, robot)| (key.to_string(), format!("r{robot}"))).collect()
 }
 
@@ -171,7 +171,7 @@ fn wait_for_facts(what: &str, team: &mut [Robot], wanted: &[(u32, usize)]) {
             println!("{what}: wanted {wanted:?}, found {found:#?}");
         }
         agree && {
-            let known: BTreeSet<String> = team.iter_mut().map(|robot| robot.ask("known")).collect();
+            let known: SortedSet<String> = team.iter_mut().map(|robot| robot.ask("known")).collect();
             known.len() == 1
         }
     });

@@ -1,9 +1,9 @@
 //! Renderer of a world for cameras.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::math::max;
+use slate_sorted::SortedMap;
 
 use crate::geometry::Point;
 use crate::render::figure::{self, Outfit};
@@ -38,7 +38,7 @@ pub struct RenderedWorld {
     wall_height: f64,
     ambience: f64,
     textures: Vec<Arc<Texture>>,
-    materials: BTreeMap<Material, u16>,
+    materials: SortedMap<Material, u16>,
     /// Height and texture of each static body.
     bodies: Vec<(f64, u16)>,
     /// Textures of the floor and of its parts.
@@ -63,7 +63,7 @@ impl RenderedWorld {
     pub fn new(world: &World, has_people: bool) -> Self {
         let scenery = world.scenery.clone();
         let mut textures = Vec::new();
-        let mut materials = BTreeMap::new();
+        let mut materials = SortedMap::new();
         let mut add = |own: Material, textures: &mut Vec<Arc<Texture>>| {
             *materials.entry(own).or_insert_with(|| {
                 textures.push(square_meter(own, 0.0));

@@ -10,12 +10,11 @@ mod robot_sensor;
 mod sonar;
 mod wheel_angles;
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
 use slate_robots::ROBOTS;
+use slate_sorted::SortedMap;
 
 use crate::error::{DescriptionError, DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
@@ -47,27 +46,27 @@ pub struct RobotDescription {
     pub noise: NoiseDescription,
     /// Profiles of the sonars, by name.
     #[serde(default)]
-    pub sonar: BTreeMap<String, SonarDescription>,
+    pub sonar: SortedMap<String, SonarDescription>,
     /// Laser scanners that it may carry, by name.
     #[serde(default)]
-    pub laser: BTreeMap<String, LaserDescription>,
+    pub laser: SortedMap<String, LaserDescription>,
     /// Profiles of the sensor that sees other robots, by name.
     #[serde(default)]
-    pub robot_sensor: BTreeMap<String, RobotSensorDescription>,
+    pub robot_sensor: SortedMap<String, RobotSensorDescription>,
     /// Profiles of the positioning system and compass, by name; exact without.
     #[serde(default)]
-    pub positioning: BTreeMap<String, PositioningDescription>,
+    pub positioning: SortedMap<String, PositioningDescription>,
     /// Profiles of the odometry, by name.
     /// Without one, its errors are those of `noise`.
     #[serde(default)]
-    pub odometry: BTreeMap<String, OdometryDescription>,
+    pub odometry: SortedMap<String, OdometryDescription>,
     /// Profiles of the optional inertial measurement unit, by name.
     /// The unit is exact without profiles.
     #[serde(default)]
-    pub imu: BTreeMap<String, ImuDescription>,
+    pub imu: SortedMap<String, ImuDescription>,
     /// Cameras that it may carry, by name.
     #[serde(default)]
-    pub camera: BTreeMap<String, CameraDescription>,
+    pub camera: SortedMap<String, CameraDescription>,
     /// Bumpers of the robot.
     #[serde(default)]
     pub bumper: Option<BumperDescription>,

@@ -4,12 +4,11 @@ mod moving;
 mod robot;
 mod sensing;
 
-use std::collections::BTreeMap;
-
 use rapier2d_f64::prelude::{ColliderBuilder, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder, Vector};
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{atan2, wrap_angle};
+use slate_sorted::SortedMap;
 
 use crate::contact::{CAUSE_SPEED, Contact, Motion};
 use crate::drive::{Drive, FourWheels, Velocity};
@@ -76,7 +75,7 @@ impl Placement {
 }
 
 /// Returns the only profile, or an exact one.
-fn only<T: Copy + Default>(profiles: &BTreeMap<String, T>) -> T {
+fn only<T: Copy + Default>(profiles: &SortedMap<String, T>) -> T {
     profiles.values().next().filter(|_| profiles.len() == 1).copied().unwrap_or_default()
 }
 

@@ -1,9 +1,8 @@
 //! People and doors among the robots.
 
-use std::collections::BTreeMap;
-
 use rapier2d_f64::prelude::{ColliderBuilder, Pose as BodyPose, RigidBodyBuilder, RigidBodyHandle, Vector};
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use super::{Simulation, collider};
 use crate::contact::Motion;
@@ -23,7 +22,7 @@ pub struct MovingBodies {
     /// The people, if there are any.
     pub people: Option<PeopleLayout>,
     /// The doors, by name.
-    pub doors: BTreeMap<String, DoorDescription>,
+    pub doors: SortedMap<String, DoorDescription>,
 }
 
 /// People and doors with their bodies.

@@ -1,9 +1,9 @@
 //! Definitions of IDL: modules, structs, enums, typedefs and constants.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::interface::Primitive;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::lexer::{Lexer, TokenKind};
 use super::scope::{IdlDefinition, Scope};
@@ -26,7 +26,7 @@ impl DefinitionParser {
         Self { lexer, scope: Scope::default() }
     }
 
-    pub fn parse(mut self) -> Result<BTreeMap<String, IdlDefinition>, IdlError> {
+    pub fn parse(mut self) -> Result<SortedMap<String, IdlDefinition>, IdlError> {
         while *self.lexer.peek() != TokenKind::End {
             self.definition()?;
         }
@@ -78,7 +78,7 @@ impl DefinitionParser {
         while !self.is_next('}') {
             self.member(&mut members)?;
         }
-        let mut names = BTreeSet::new();
+        let mut names = SortedSet::new();
         if let Some(twice) = members.iter().find(|member| !names.insert(member.name.as_str())) {
             return Err(self.lexer.error(format!("`{name}` has two members `{}`", twice.name)));
         }

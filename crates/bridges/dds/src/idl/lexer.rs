@@ -1,8 +1,10 @@
 //! Tokens of IDL, with included files in their place.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::str::Chars;
+
+use slate_sorted::SortedSet;
 
 use super::IdlError;
 
@@ -40,7 +42,7 @@ pub struct Lexer {
     tokens: VecDeque<Token>,
     files: Vec<String>,
     /// Files that were read, when files are included.
-    read: Option<BTreeSet<PathBuf>>,
+    read: Option<SortedSet<PathBuf>>,
     depth: usize,
     /// Place of the last token.
     last: (usize, usize),
@@ -49,7 +51,7 @@ pub struct Lexer {
 impl Lexer {
     /// Tokens of files that include others.
     pub fn of_files() -> Self {
-        Self { read: Some(BTreeSet::new()), ..Self::of_text() }
+        Self { read: Some(SortedSet::new()), ..Self::of_text() }
     }
 
     /// Tokens of texts that include no file.

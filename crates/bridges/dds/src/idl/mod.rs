@@ -10,11 +10,11 @@ mod lexer;
 mod members;
 mod scope;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use slate_blackboard::interface::Primitive;
+use slate_sorted::SortedMap;
 
 pub use error::IdlError;
 
@@ -169,7 +169,7 @@ fn primitive_name(primitive: Primitive) -> &'static str {
 /// ```
 #[derive(Clone, Debug)]
 pub struct IdlFile {
-    definitions: BTreeMap<String, IdlDefinition>,
+    definitions: SortedMap<String, IdlDefinition>,
 }
 
 impl IdlFile {

@@ -1,6 +1,6 @@
 //! Names of IDL, and the types that they mean.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use super::IdlKind;
 
@@ -16,7 +16,7 @@ pub enum IdlDefinition {
 /// Definitions by their names with modules, and the modules that are open.
 #[derive(Default)]
 pub struct Scope {
-    pub definitions: BTreeMap<String, IdlDefinition>,
+    pub definitions: SortedMap<String, IdlDefinition>,
     modules: Vec<String>,
 }
 

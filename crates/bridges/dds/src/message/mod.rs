@@ -8,7 +8,7 @@ mod xcdr;
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Descriptor, Kind};
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_topics::RosMessage;
 
 use crate::idl::IdlStruct;

@@ -1,12 +1,12 @@
 //! Matched and incompatible endpoints of an agent's topics.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rustdds::policy::{Durability, Reliability, XCDR_DATA_REPRESENTATION, XCDR2_DATA_REPRESENTATION};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_sorted::{SortedMap, SortedSet};
 
 /// Endpoint of the agent.
 #[derive(Debug)]
@@ -40,16 +40,16 @@ pub struct MatchWords {
 #[derive(Debug)]
 pub struct Matches {
     words: MatchWords,
-    own: OnceLock<BTreeMap<GUID, OwnEndpoint>>,
+    own: OnceLock<SortedMap<GUID, OwnEndpoint>>,
     state: Mutex<MatchState>,
 }
 
 #[derive(Debug, Default)]
 struct MatchState {
     /// Matched endpoints by own endpoint.
-    others: BTreeMap<GUID, BTreeSet<GUID>>,
+    others: SortedMap<GUID, SortedSet<GUID>>,
     /// Texts that were logged.
-    logged: BTreeSet<(GUID, String)>,
+    logged: SortedSet<(GUID, String)>,
 }
 
 impl Matches {
@@ -59,7 +59,7 @@ impl Matches {
     }
 
     /// Sets the endpoints of the agent; once, before events are noted.
-    pub fn set_own(&self, own: BTreeMap<GUID, OwnEndpoint>) {
+    pub fn set_own(&self, own: SortedMap<GUID, OwnEndpoint>) {
         // Set only once.
         let _ = self.own.set(own);
     }
@@ -74,7 +74,7 @@ impl Matches {
 
     /// Returns the number of matches of the agent's endpoint.
     pub fn count(&self, own: GUID) -> usize {
-        locked(&self.state).others.get(&own).map_or(0, BTreeSet::len)
+        locked(&self.state).others.get(&own).map_or(0, SortedSet::len)
     }
 
     /// Returns whether two endpoints, one of them the agent's, are matched.

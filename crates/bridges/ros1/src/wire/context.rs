@@ -1,6 +1,5 @@
 //! State of a node that its parts share.
 
-use std::collections::BTreeSet;
 use std::io;
 use std::net::{IpAddr, UdpSocket};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_sorted::SortedSet;
 use tokio::net::lookup_host;
 
 use super::header::wrong;
@@ -30,7 +30,7 @@ pub struct NodeContext {
     pub composer: Composer,
     /// Trusted network: it communicates with other machines.
     pub trusted: bool,
-    logged: Mutex<BTreeSet<String>>,
+    logged: Mutex<SortedSet<String>>,
     /// Number of registrations.
     registrations: AtomicU64,
     /// Number of changes to the node's parameters on the master.

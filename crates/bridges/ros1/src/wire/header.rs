@@ -1,9 +1,9 @@
 //! Connection header of TCPROS, and framed messages.
 //! Both ends of a connection exchange the header first.
 
-use std::collections::BTreeMap;
 use std::io;
 
+use slate_sorted::SortedMap;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 /// Bytes that a header may have.
@@ -11,7 +11,7 @@ const MAX_HEADER_BYTES: u32 = 1 << 20;
 
 /// Names and values, such as `topic` and `md5sum`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ConnectionHeader(BTreeMap<String, String>);
+pub struct ConnectionHeader(SortedMap<String, String>);
 
 impl ConnectionHeader {
     /// Creates a header of fields.
@@ -58,7 +58,7 @@ impl ConnectionHeader {
     pub async fn read(stream: &mut (impl AsyncRead + Unpin)) -> io::Result<Self> {
         let bytes = read_message(stream, MAX_HEADER_BYTES).await?;
         let mut rest = &bytes[..];
-        let mut fields = BTreeMap::new();
+        let mut fields = SortedMap::new();
         while let Some((length, behind)) = rest.split_first_chunk::<4>() {
             let length = u32::from_le_bytes(*length) as usize;
             let field = behind.get(..length).ok_or_else(|| wrong("a field of a header is too long"))?;

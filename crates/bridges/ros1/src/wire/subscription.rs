@@ -1,12 +1,12 @@
 //! Topic that a node subscribes to.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 use tokio::net::TcpStream;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
@@ -42,7 +42,7 @@ pub struct TopicSubscription {
     checksum: String,
     sink: MessageSink,
     /// Addresses of their APIs.
-    publishers: Mutex<BTreeSet<String>>,
+    publishers: Mutex<SortedSet<String>>,
     /// Outdated publishers: the master must be queried for them.
     is_stale: AtomicBool,
     changed: Notify,
@@ -119,7 +119,7 @@ impl TopicSubscription {
 
     /// Reads all publishers, until it is aborted.
     pub async fn run(self: Arc<Self>, node: Arc<NodeContext>) {
-        let mut tasks: BTreeMap<String, ReadingTask> = BTreeMap::new();
+        let mut tasks: SortedMap<String, ReadingTask> = SortedMap::new();
         loop {
             if self.is_stale.swap(false, Ordering::AcqRel)
                 && let Ok(all) = self.subscribe(&node).await

@@ -2,7 +2,7 @@
 
 use slate_interfaces::{LaserScan, Odometry, Twist2};
 use slate_module::blackboard::interface::Interface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_ros1::{RosMessage, message_checksum, service_checksum};
 
 #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 
 use super::{NodeTopic, write};
 use crate::wire::{NodeWire, TopicWriter, WireType};

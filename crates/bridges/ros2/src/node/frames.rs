@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
-use slate_record::ros::{WireFormat, transforms_definition};
+use slate_ros_messages::{WireFormat, transforms_definition};
 use slate_topics::{FrameMessages, type_hash};
 
 use super::{NodeTopic, write};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 use slate_control::ControlSurface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_topics::{LogLines, MessageType, NodeLogLine};
 
 use super::{NodeTopic, write};

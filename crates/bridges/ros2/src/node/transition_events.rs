@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_topics::{MessageType, RosError, date};
 
 use super::{NodeTopic, write};

@@ -1,6 +1,6 @@
 //! Services and messages of `rcl_interfaces`.
 
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_topics::ServiceType;
 
 /// Services: name in the node, type and function.

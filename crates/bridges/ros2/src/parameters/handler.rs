@@ -1,9 +1,8 @@
 //! Answers of the services of parameters.
 
-use std::collections::BTreeSet;
-
 use serde_json::{Map, Value as Json, json};
 use slate_runtime::Composer;
+use slate_sorted::SortedSet;
 use slate_topics::{AgentOperations, ParameterTable, value_of};
 
 use super::definitions::{ParameterService, SERVICES};
@@ -105,7 +104,7 @@ fn list(table: &ParameterTable, request: &Json) -> Json {
         prefixes.is_empty() && is_shallow(name) || prefixes.iter().filter_map(rest).any(below)
     };
     let names: Vec<_> = table.0.iter().map(|own| own.name.as_str()).filter(|name| is_meant(name)).collect();
-    let prefixes: BTreeSet<_> =
+    let prefixes: SortedSet<_> =
         names.iter().filter_map(|name| name.rsplit_once(DOT)).map(|(prefix, _)| prefix).collect();
     json!({ "names": names, "prefixes": prefixes })
 }

@@ -6,12 +6,12 @@ mod found;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::task::Waker;
 
 use slate_dds::TopicQuality;
 use slate_runtime::Composer;
+use slate_sorted::{SortedMap, SortedSet};
 use slate_topics::{MessageType, RosError, RosMessage, ServiceType};
 
 use crate::settings::RosSettings;
@@ -201,13 +201,13 @@ pub trait DomainView: Send {
     fn take(&mut self);
 
     /// Returns the nodes by name.
-    fn nodes(&self) -> BTreeSet<String>;
+    fn nodes(&self) -> SortedSet<String>;
 
     /// Returns the topics by name, without those of services.
-    fn topics(&self) -> BTreeMap<String, FoundTopic>;
+    fn topics(&self) -> SortedMap<String, FoundTopic>;
 
     /// Returns the services by name, with the type of each.
-    fn services(&self) -> BTreeMap<String, String>;
+    fn services(&self) -> SortedMap<String, String>;
 
     /// Reads a topic.
     ///

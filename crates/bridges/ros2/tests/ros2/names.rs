@@ -2,7 +2,7 @@
 
 use slate_interfaces::{Contacts, LaserScan, Path, Twist2};
 use slate_module::blackboard::interface::Interface;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_ros2::{NodeName, RosMessage, check_topic, type_name, wire_topic};
 
 #[test]

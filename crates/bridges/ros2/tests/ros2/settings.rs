@@ -1,6 +1,6 @@
 //! The table `[ros2]`.
 
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_ros2::{NodeAccess, RosSettings, ServiceType, TABLE, TopicQuality, WaitPer};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
@@ -330,7 +330,7 @@ fn definitions_are_read_from_files_beside_the_configuration() {
                        serve.\"/add\" = { to = \"a/c\", type = \"own/srv/Add\", definition = \"own/srv/Add.srv\" }",
     );
     let settings = settings.unwrap().unwrap();
-    let name = |files: &Option<std::sync::Arc<slate_record::ros::DefinitionFiles>>| {
+    let name = |files: &Option<std::sync::Arc<slate_ros_messages::DefinitionFiles>>| {
         files.as_ref().unwrap().definition().name.clone()
     };
     assert_eq!(name(&settings.topics.read[0].definition), "own/msg/Sample");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::Property;
-use slate_record::ros::WireFormat;
+use slate_ros_messages::WireFormat;
 use slate_runtime::{ExternalPorts, PropertyFacts};
 
 use super::fit::{FittingPort, NamedPort};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json};
 use slate_blackboard::interface::{Descriptor, View, edit};
 use slate_blackboard::{Access, Property, Shape};
-use slate_record::ros::Schema;
+use slate_ros_messages::Schema;
 use slate_runtime::configuration::Span;
 use slate_runtime::{ExternalPorts, PropertyFacts};
 

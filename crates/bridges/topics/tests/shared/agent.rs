@@ -12,7 +12,7 @@ use slate_interfaces::{Position, Quaternion, Transform};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_record::Recorder;
-use slate_record::replay::{Comparison, Verdict};
+use slate_replay::{Comparison, Verdict};
 use slate_runtime::configuration::{Configuration, Database, Options as Sources, Record};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{

@@ -1,9 +1,8 @@
 //! Constants of a message, as enumerations of its fields or as they are.
 
-use std::collections::BTreeSet;
-
 use slate::blackboard::interface::Primitive;
-use slate::record::ros::{DefinedConstant, DefinedCount, DefinedItem, DefinedMessage};
+use slate::ros_messages::{DefinedConstant, DefinedCount, DefinedItem, DefinedMessage};
+use slate_sorted::SortedSet;
 
 use super::{camel_case, unique};
 use crate::interface::parse::upper_case;
@@ -34,7 +33,7 @@ type ImportedConstants<'a> = (Vec<ImportedEnumeration<'a>>, Vec<&'a DefinedConst
 pub(super) fn enumerations<'a>(
     interface: &str,
     message: &'a DefinedMessage<'a>,
-    names: &mut BTreeSet<String>,
+    names: &mut SortedSet<String>,
 ) -> Result<ImportedConstants<'a>, (usize, String)> {
     let mut enumerations: Vec<ImportedEnumeration<'a>> = Vec::new();
     let mut others = Vec::new();

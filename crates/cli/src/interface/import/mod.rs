@@ -3,16 +3,16 @@
 mod constants;
 mod source;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
 use slate::blackboard::interface::{Descriptor, Kind, Primitive};
 use slate::interfaces;
-use slate::record::ros::{
+use slate::ros_messages::{
     DefinedConstant, DefinedCount, DefinedField, DefinedItem, DefinedMessage, DefinitionFiles, FileError,
     WireFormat,
 };
+use slate_sorted::{SortedMap, SortedSet};
 
 use self::constants::{ImportedEnumeration, enumerations};
 use super::parse;
@@ -134,9 +134,9 @@ struct Importer<'a> {
     files: &'a DefinitionFiles,
     messages: &'a [DefinedMessage<'a>],
     /// Names of interfaces and enumerations.
-    names: BTreeSet<String>,
+    names: SortedSet<String>,
     /// Types of messages, by package and name.
-    types: BTreeMap<&'a str, PlainType>,
+    types: SortedMap<&'a str, PlainType>,
     /// Interfaces; nested ones come first.
     imported: Vec<ImportedInterface<'a>>,
 }
@@ -155,7 +155,7 @@ impl<'a> Importer<'a> {
             files,
             messages,
             names: names.map(ToOwned::to_owned).collect(),
-            types: BTreeMap::new(),
+            types: SortedMap::new(),
             imported: Vec::new(),
         }
     }
@@ -353,7 +353,7 @@ fn camel_case(name: &str) -> String {
 }
 
 /// Returns the name, with a number if it is taken.
-fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
+fn unique(name: String, taken: &mut SortedSet<String>) -> String {
     let mut result = name.clone();
     let mut number = 2_usize;
     while !taken.insert(result.clone()) {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use slate::blackboard::interface::Primitive;
-use slate::record::ros::{DefinedConstant, DefinedItem};
+use slate::ros_messages::{DefinedConstant, DefinedItem};
 
 use super::constants::{ImportedEnumeration, boolean, integer};
 use super::{ImportInterface, ImportedField, ImportedInterface, ros_name};

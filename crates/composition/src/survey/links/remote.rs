@@ -1,10 +1,10 @@
 //! Links to other agents.
 //! An error at the other end makes a link wait, as that end may change.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_module::Direction;
+use slate_sorted::SortedSet;
 
 use super::ends::TargetField;
 use super::fit;
@@ -50,7 +50,7 @@ pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<R
     if !catalogue.shares {
         return Vec::new();
     }
-    let paths: BTreeSet<_> =
+    let paths: SortedSet<_> =
         configuration.links().iter().filter_map(|link| path(configuration, link)).collect();
     let remote = |path: RemotePath| Remote { property: catalogue.remote.get(&path).cloned(), path };
     paths.into_iter().map(remote).collect()

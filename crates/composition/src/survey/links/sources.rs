@@ -1,9 +1,8 @@
 //! Resolution of a link's source through the links of other inputs.
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::{Url, is_within};
 use slate_module::{Direction, PortDescription};
+use slate_sorted::SortedMap;
 
 use super::ends::{self, TargetField};
 use super::messages::ungated_command;
@@ -27,7 +26,7 @@ pub(super) struct LinkSources<'s, 'a> {
     /// Links being followed, outermost first.
     followed: Vec<usize>,
     pub absent: Vec<Absent>,
-    pub mismatches: BTreeMap<String, LinkMismatch>,
+    pub mismatches: SortedMap<String, LinkMismatch>,
 }
 
 #[derive(Clone)]
@@ -55,7 +54,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             found,
             followed: Vec::new(),
             absent: Vec::new(),
-            mismatches: BTreeMap::new(),
+            mismatches: SortedMap::new(),
         }
     }
 

@@ -1,12 +1,13 @@
 //! Properties as channels.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::Access;
 use slate_blackboard::interface::Descriptor;
-use slate_record::ros::{self, Definition, Shown, Standard};
+use slate_ros_messages as ros;
+use slate_ros_messages::{Definition, Shown, Standard};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::OutgoingMessage;
 use slate_control::{ControlSurface, Sample, frames, is_transform};
@@ -67,11 +68,11 @@ impl ChannelFormat {
 #[derive(Default)]
 pub(super) struct Channels {
     /// Channels by number: the path, and the form of its messages.
-    present: BTreeMap<u32, (String, u64, Arc<ChannelFormat>)>,
+    present: SortedMap<u32, (String, u64, Arc<ChannelFormat>)>,
     /// Channels of the transforms: moving ones, and static ones.
     transforms: [Option<u32>; 2],
-    formats: BTreeMap<u64, Arc<ChannelFormat>>,
-    names: BTreeMap<&'static str, u32>,
+    formats: SortedMap<u64, Arc<ChannelFormat>>,
+    names: SortedMap<&'static str, u32>,
     last: u32,
 }
 
@@ -111,7 +112,7 @@ impl Channels {
     pub fn survey(&mut self, surface: &ControlSurface) -> Vec<OutgoingMessage> {
         let properties = surface.board().properties();
         let values = properties.iter().filter(|property| property.access() != Access::Messages);
-        let current: BTreeMap<&str, &'static Descriptor> =
+        let current: SortedMap<&str, &'static Descriptor> =
             values.map(|property| (property.path(), property.descriptor())).collect();
         let is_vanished =
             |(path, hash): (&String, u64)| current.get(path.as_str()).is_none_or(|of| of.hash != hash);
@@ -122,7 +123,7 @@ impl Channels {
             .map(|(number, _)| *number)
             .collect();
         vanished.iter().for_each(|number| drop(self.present.remove(number)));
-        let known: BTreeSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
+        let known: SortedSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
         let mut added = self.new_transforms(surface);
         for (path, descriptor) in current.into_iter().filter(|(path, _)| !known.contains(*path)) {
             let format = self.format(descriptor);
@@ -169,7 +170,7 @@ impl Channels {
             .values()
             .map(|(path, ..)| json!({ "name": format!("/{path}"), "publisherIds": owner(path).into_iter().collect::<Vec<_>>() }))
             .collect();
-        let mut readers: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        let mut readers: SortedMap<String, SortedSet<String>> = SortedMap::new();
         for link in composer.links().into_iter().filter(|link| !link.sends && !link.external) {
             let of_property = surface.board().find(link.from.trim_start_matches('/')).ok();
             let topic =
@@ -195,7 +196,7 @@ fn advertised(number: u32, topic: &str, definition: &Definition) -> Json {
 
 /// Returns the topics of one graph that are missing in a later one.
 pub(super) fn removed(before: Option<&Json>, after: &Json) -> Json {
-    let names = |graph: &Json| -> BTreeSet<String> {
+    let names = |graph: &Json| -> SortedSet<String> {
         let lists =
             ["publishedTopics", "subscribedTopics"].into_iter().filter_map(|list| graph[list].as_array());
         lists.flatten().filter_map(|topic| topic["name"].as_str().map(ToOwned::to_owned)).collect()

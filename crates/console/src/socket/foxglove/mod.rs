@@ -12,13 +12,13 @@ mod publish;
 mod request;
 mod services;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::future::Either;
 use serde_json::json;
 use slate_runtime::Teleoperation;
+use slate_sorted::SortedMap;
 use tokio::sync::{Semaphore, mpsc};
 use tokio::time::Instant;
 
@@ -29,7 +29,7 @@ use slate_control::operations::by_name;
 use slate_control::{
     Caller, ControlSurface, Dispatcher, Operation, TransformStream, Watcher, frames, offload,
 };
-use slate_record::ros;
+use slate_ros_messages as ros;
 
 /// Names of the protocol; both are the same.
 pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
@@ -87,15 +87,15 @@ struct FoxgloveSession {
     caller: Caller,
     who: String,
     channels: Channels,
-    subscriptions: BTreeMap<u32, Subscription>,
+    subscriptions: SortedMap<u32, Subscription>,
     /// Subscriptions of transforms.
-    transforms: BTreeMap<u32, ClientTransforms>,
+    transforms: SortedMap<u32, ClientTransforms>,
     /// Channels that the client publishes, by its numbers.
-    published: BTreeMap<u32, publish::PublishTarget>,
+    published: SortedMap<u32, publish::PublishTarget>,
     /// Actuators that it drives.
-    controls: BTreeMap<String, Teleoperation>,
+    controls: SortedMap<String, Teleoperation>,
     /// Parameters that it watches, with the values sent last.
-    watched: BTreeMap<String, serde_json::Value>,
+    watched: SortedMap<String, serde_json::Value>,
     wants_graph: bool,
     graph: Option<serde_json::Value>,
 }
@@ -254,11 +254,11 @@ impl FoxgloveSession {
             dispatcher: client.dispatcher,
             caller,
             who: client.who,
-            subscriptions: BTreeMap::new(),
-            transforms: BTreeMap::new(),
-            published: BTreeMap::new(),
-            controls: BTreeMap::new(),
-            watched: BTreeMap::new(),
+            subscriptions: SortedMap::new(),
+            transforms: SortedMap::new(),
+            published: SortedMap::new(),
+            controls: SortedMap::new(),
+            watched: SortedMap::new(),
             wants_graph: false,
             graph: None,
         }

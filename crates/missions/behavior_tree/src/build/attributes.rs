@@ -1,8 +1,7 @@
 //! Attributes of a node as ports and scripts.
 
-use std::collections::BTreeMap;
-
 use roxmltree::Node;
+use slate_sorted::SortedMap;
 
 use super::boards::Boards;
 use super::document::TreeDocument;
@@ -36,7 +35,7 @@ pub(super) struct Attributes<'a, 'b> {
     pub boards: &'b mut Boards,
     pub board: usize,
     pub node: Node<'a, 'a>,
-    ports: BTreeMap<&'a str, &'a str>,
+    ports: SortedMap<&'a str, &'a str>,
 }
 
 impl<'a, 'b> Attributes<'a, 'b> {

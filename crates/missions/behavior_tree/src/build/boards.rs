@@ -1,6 +1,6 @@
 //! Blackboards of trees and sub-trees, whose entries are found when a tree is read.
 
-use std::collections::BTreeMap;
+use slate_sorted::SortedMap;
 
 use crate::value::BoardValue;
 
@@ -11,9 +11,9 @@ pub(super) struct TreeBoard {
     /// Path of the sub-tree; empty for the main tree.
     pub path: String,
     /// Entries that are others of the parent.
-    pub remapped: BTreeMap<String, String>,
+    pub remapped: SortedMap<String, String>,
     /// Entries whose value the file has.
-    pub own: BTreeMap<String, BoardValue>,
+    pub own: SortedMap<String, BoardValue>,
     /// True if entries are those of the parent with the same name.
     pub is_open: bool,
 }
@@ -22,7 +22,7 @@ pub(super) struct TreeBoard {
 #[derive(Default)]
 pub(super) struct Boards {
     boards: Vec<TreeBoard>,
-    slots: BTreeMap<(usize, String), usize>,
+    slots: SortedMap<(usize, String), usize>,
     pub entries: Vec<String>,
     /// Position of each entry's name in its text.
     pub names: Vec<usize>,

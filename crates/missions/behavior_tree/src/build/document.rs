@@ -1,9 +1,9 @@
 //! XML of trees and models.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use roxmltree::{Document, Node};
+use slate_sorted::SortedMap;
 
 use crate::error::TreeError;
 use crate::model::{LeafKind, LeafModel, LeafModels, PortDirection, PortModel};
@@ -12,7 +12,7 @@ use crate::model::{LeafKind, LeafModel, LeafModels, PortDirection, PortModel};
 const UNNAMED: &str = "BehaviorTree";
 
 /// Ports of sub-trees by their IDs, with their values where a tree has none.
-pub(super) type SubTreeModels = BTreeMap<String, Vec<(String, Option<String>)>>;
+pub(super) type SubTreeModels = SortedMap<String, Vec<(String, Option<String>)>>;
 
 /// Parsed file.
 pub(super) struct TreeSource<'a> {
@@ -35,7 +35,7 @@ pub(super) struct TreeDocument<'a> {
     sources: &'a [TreeSource<'a>],
     is_file: bool,
     pub main: &'a str,
-    pub trees: BTreeMap<&'a str, Node<'a, 'a>>,
+    pub trees: SortedMap<&'a str, Node<'a, 'a>>,
     pub models: LeafModels,
     pub sub_trees: SubTreeModels,
 }
@@ -51,9 +51,9 @@ impl<'a> TreeDocument<'a> {
             sources,
             is_file,
             main: "",
-            trees: BTreeMap::new(),
+            trees: SortedMap::new(),
             models: models.clone(),
-            sub_trees: BTreeMap::new(),
+            sub_trees: SortedMap::new(),
         };
         sources.iter().try_for_each(|source| read.read_source(source))?;
         // The main tree is one of the first file.

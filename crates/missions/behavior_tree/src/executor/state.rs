@@ -1,9 +1,9 @@
 //! State of a run by names, for snapshots and for a changed tree.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use super::TreeExecutor;
 use super::node::NodeRecord;
@@ -69,7 +69,7 @@ impl TreeExecutor {
         (executor.ticks, executor.wants_tick, executor.outcome) =
             (state.ticks, state.wants_tick, state.outcome);
         let tree = Arc::clone(&executor.tree);
-        let paths: BTreeMap<&str, usize> =
+        let paths: SortedMap<&str, usize> =
             tree.nodes.iter().enumerate().map(|(index, node)| (node.path.as_str(), index)).collect();
         for SavedNode { path, tag, record } in &state.nodes {
             let found = paths.get(path.as_str()).copied();
@@ -83,7 +83,7 @@ impl TreeExecutor {
         }
         executor.check_running(&tree)?;
         executor.count_children(&tree);
-        let names: BTreeMap<&str, usize> =
+        let names: SortedMap<&str, usize> =
             tree.entries.iter().enumerate().map(|(slot, name)| (name.as_str(), slot)).collect();
         for (number, (name, value)) in state.entries.iter().enumerate() {
             if let Some(slot) = names.get(name.as_str()) {

@@ -5,11 +5,11 @@ mod cycles;
 mod formulas;
 mod programs;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use cycles::CycleCheck;
 use programs::ProgramBuilder;
+use slate_sorted::SortedMap;
 
 use crate::error::GologError;
 use crate::text::*;
@@ -68,7 +68,7 @@ struct TheoryBuilder<'a> {
     /// First byte of each line.
     lines: Vec<usize>,
     theory: ActionTheory,
-    names: BTreeMap<String, NamedPart>,
+    names: SortedMap<String, NamedPart>,
     variables: Vec<VisibleVariable>,
 }
 
@@ -102,7 +102,7 @@ fn build(text: &str) -> Result<ActionTheory, GologError> {
     let truth =
         ValueDomain { name: BOOL.into(), low: 0, high: 1, symbols: vec!["false".into(), "true".into()] };
     let theory = ActionTheory { domains: vec![truth], ..ActionTheory::default() };
-    let (names, variables) = (BTreeMap::new(), Vec::new());
+    let (names, variables) = (SortedMap::new(), Vec::new());
     let lines = [0].into_iter().chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
     let mut builder = TheoryBuilder { text, lines, theory, names, variables };
     builder.names.insert("false".into(), NamedPart::Symbol(TRUTH, 0));

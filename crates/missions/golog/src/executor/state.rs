@@ -1,9 +1,9 @@
 //! Saved states of executions.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use slate_sorted::SortedMap;
 
 use super::*;
 use crate::error::GologStateError;
@@ -64,8 +64,8 @@ struct SavedOrder {
     programs: Vec<u32>,
     plans: Vec<u32>,
     /// Place of each program in the list.
-    places: BTreeMap<u32, u32>,
-    plan_places: BTreeMap<u32, u32>,
+    places: SortedMap<u32, u32>,
+    plan_places: SortedMap<u32, u32>,
 }
 
 impl SavedOrder {
@@ -157,8 +157,8 @@ impl GologExecutor {
     fn saved_program(
         &self,
         program: u32,
-        places: &BTreeMap<u32, u32>,
-        plans: &BTreeMap<u32, u32>,
+        places: &SortedMap<u32, u32>,
+        plans: &SortedMap<u32, u32>,
     ) -> SavedProgram {
         match self.programs.get(program) {
             Remaining::Nil => SavedProgram::Nil,
@@ -197,7 +197,7 @@ impl GologExecutor {
         if state.programs.is_empty() {
             return Ok(own);
         }
-        let values: BTreeMap<&str, Option<&str>> =
+        let values: SortedMap<&str, Option<&str>> =
             state.fluents.iter().map(|(name, value)| (name.as_str(), value.as_deref())).collect();
         let theory = Arc::clone(&own.theory);
         for fluent in &theory.fluents {
@@ -296,7 +296,7 @@ impl GologExecutor {
     /// Restores programs; returns their numbers.
     fn restore_programs(&mut self, state: &GologState) -> Result<Vec<u32>, GologStateError> {
         let theory = Arc::clone(&self.theory);
-        let keys: BTreeMap<u64, usize> =
+        let keys: SortedMap<u64, usize> =
             theory.nodes.iter().enumerate().map(|(node, own)| (own.key, node)).collect();
         let mut programs: Vec<u32> = Vec::new();
         for own in &state.programs {

@@ -1,9 +1,9 @@
 //! Arrival and departure of modules.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_module::{Description, Level};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::{Assembly, LoadedModule};
 use crate::agent::build::{ResourceMark, build};
@@ -12,13 +12,13 @@ use slate_configuration::{Configuration, Report};
 use slate_engine::main_loop::{RunnerCell, SharedLoop};
 
 /// States of modules by name; errors for those that could not be saved.
-pub(in crate::agent) type ModuleStates = BTreeMap<String, Result<Vec<u8>, String>>;
+pub(in crate::agent) type ModuleStates = SortedMap<String, Result<Vec<u8>, String>>;
 
 /// New modules.
 pub(in crate::agent) struct Arrivals {
     pub names: Vec<String>,
     /// Modules that received a state, or the reason for which it did not fit.
-    pub restored: BTreeMap<String, Result<(), String>>,
+    pub restored: SortedMap<String, Result<(), String>>,
     /// Paths and actuators before the arrival.
     before: ResourceMark,
 }
@@ -41,7 +41,7 @@ impl Assembly {
             self.resources.undo(&before, arriving.iter().map(name));
             Report::from(diagnostics)
         })?;
-        let mut restored = BTreeMap::new();
+        let mut restored = SortedMap::new();
         for runner in &mut runners {
             let Some(Ok(state)) = states.get(&*runner.name) else { continue };
             restored.insert(runner.name.to_string(), runner.restore(state));
@@ -67,8 +67,8 @@ impl Assembly {
     }
 
     /// Removes the modules that a survey lacks, and returns them.
-    pub fn take_leaving(&mut self, survey: &Survey<'_>) -> BTreeMap<String, LoadedModule> {
-        let stays: BTreeSet<&str> =
+    pub fn take_leaving(&mut self, survey: &Survey<'_>) -> SortedMap<String, LoadedModule> {
+        let stays: SortedSet<&str> =
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
         let (staying, leaving) = std::mem::take(&mut self.modules)
             .into_iter()
@@ -102,7 +102,7 @@ impl Assembly {
     /// Ends removed modules; returns their states if `keep` is true.
     pub fn dispose(
         &mut self,
-        leaving: BTreeMap<String, LoadedModule>,
+        leaving: SortedMap<String, LoadedModule>,
         shared: &SharedLoop,
         keep: bool,
     ) -> ModuleStates {
@@ -116,7 +116,7 @@ impl Assembly {
 
     /// Removes the properties of modules that have left from the board.
     /// Properties with other readers stay.
-    pub fn forget(&mut self, absent: &BTreeSet<&str>, left: &BTreeMap<String, Result<Vec<u8>, String>>) {
+    pub fn forget(&mut self, absent: &SortedSet<&str>, left: &SortedMap<String, Result<Vec<u8>, String>>) {
         for name in left.keys() {
             for path in self.resources.paths() {
                 let own = path.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('/'));

@@ -7,10 +7,10 @@ mod owners;
 mod relinking;
 mod unlinked;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::build::{BuildMoment, HostResources, rewire};
 pub(super) use arrival::ModuleStates;
@@ -28,14 +28,14 @@ pub(super) use unlinked::Unlinked;
 pub(super) struct Assembly {
     pub resources: HostResources,
     /// Modules by name.
-    pub modules: BTreeMap<String, LoadedModule>,
+    pub modules: SortedMap<String, LoadedModule>,
     /// Modules that read a path.
-    pub listeners: BTreeMap<String, BTreeSet<String>>,
+    pub listeners: SortedMap<String, SortedSet<String>>,
     /// Links that do not fit the properties of other agents, at the last survey.
-    pub mismatches: BTreeMap<String, LinkMismatch>,
+    pub mismatches: SortedMap<String, LinkMismatch>,
     /// Descriptions of modules that have left, to check their settings by.
     /// Their code is not available meanwhile.
-    pub last_known: BTreeMap<String, Description>,
+    pub last_known: SortedMap<String, Description>,
     owners: LoopOwners,
 }
 
@@ -44,10 +44,10 @@ impl Assembly {
     pub fn new(resources: HostResources) -> Self {
         Self {
             resources,
-            modules: BTreeMap::new(),
-            listeners: BTreeMap::new(),
-            mismatches: BTreeMap::new(),
-            last_known: BTreeMap::new(),
+            modules: SortedMap::new(),
+            listeners: SortedMap::new(),
+            mismatches: SortedMap::new(),
+            last_known: SortedMap::new(),
             owners: LoopOwners::default(),
         }
     }
@@ -130,14 +130,14 @@ impl Assembly {
         &self,
         configuration: &Configuration,
         survey: &Survey<'_>,
-    ) -> BTreeMap<usize, BTreeSet<LinkEnd>> {
-        let mut changed = BTreeMap::new();
+    ) -> SortedMap<usize, SortedSet<LinkEnd>> {
+        let mut changed = SortedMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
             let Some(loaded) = self.modules.get(&surveyed.module.name.value) else { continue };
             let new = survey.link_signatures(configuration, m);
-            let link_ends: BTreeSet<LinkEnd> =
+            let link_ends: SortedSet<LinkEnd> =
                 loaded.links_by_port.keys().chain(new.keys()).copied().collect();
-            let link_ends: BTreeSet<LinkEnd> = link_ends
+            let link_ends: SortedSet<LinkEnd> = link_ends
                 .into_iter()
                 .filter(|link_end| loaded.links_by_port.get(link_end) != new.get(link_end))
                 .collect();
@@ -180,7 +180,7 @@ impl Assembly {
             return Ok(());
         }
         let mark = self.resources.mark();
-        let nobody = BTreeSet::new();
+        let nobody = SortedSet::new();
         let result =
             rewire(configuration, survey, &mut self.resources, &changed, &nobody, BuildMoment::OnTrial);
         let result = result.map(drop);
@@ -190,7 +190,7 @@ impl Assembly {
 }
 
 /// The modules that read a path.
-pub(super) fn listeners(survey: &Survey<'_>) -> BTreeMap<String, BTreeSet<String>> {
+pub(super) fn listeners(survey: &Survey<'_>) -> SortedMap<String, SortedSet<String>> {
     let owned = |names: &Vec<&str>| names.iter().map(|name| (*name).to_owned()).collect();
     survey.listeners.iter().map(|(path, names)| (path.clone(), owned(names))).collect()
 }

@@ -1,10 +1,10 @@
 //! Loaded module, from its cell to its end.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use slate_module::{Description, Level, ModuleKind};
+use slate_sorted::SortedMap;
 
 use crate::agent::build::HostResources;
 use slate_composition::{LinkEnd, LinkSignature};
@@ -16,7 +16,7 @@ use slate_engine::runner::ModuleCondition;
 const LETTING_GO: Duration = Duration::from_secs(1);
 
 /// The links of a module, by its ports.
-pub(in crate::agent) type LinksByPort = BTreeMap<LinkEnd, Vec<LinkSignature>>;
+pub(in crate::agent) type LinksByPort = SortedMap<LinkEnd, Vec<LinkSignature>>;
 
 /// Loaded module.
 pub(in crate::agent) struct LoadedModule {

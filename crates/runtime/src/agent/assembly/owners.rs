@@ -1,10 +1,10 @@
 //! Modules that the main loop calls.
 //! These are the one that may take the loop over, and the time source.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_sorted::SortedMap;
 
 use super::module::LoadedModule;
 use crate::aspects::{PlaceTime, ServiceContext};
@@ -24,7 +24,7 @@ impl LoopOwners {
     /// Connects the loop with the module that may take it over and the time source.
     pub fn connect(
         &mut self,
-        modules: &BTreeMap<String, LoadedModule>,
+        modules: &SortedMap<String, LoadedModule>,
         service_context: &ServiceContext,
         shared: &Arc<SharedLoop>,
     ) {

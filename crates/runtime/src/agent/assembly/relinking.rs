@@ -1,11 +1,11 @@
 //! New links between running modules.
 //! They are checked as a whole, and exchanged between two cycles.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Placement, Property};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::module::LinksByPort;
 use super::{Assembly, Levels, Unlinked, listeners};
@@ -20,7 +20,7 @@ struct Rewire {
     cell: Arc<RunnerCell>,
     wiring: Option<Wiring>,
     /// The threads that its outputs wake, by path.
-    wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+    wakes: SortedMap<String, Vec<Arc<Wake>>>,
 }
 
 /// Parameters that tools must not set, each with the source that it follows.
@@ -31,17 +31,17 @@ type LinkExchange = Result<Vec<(ReplacedHandles, Vec<Vec<Arc<Wake>>>)>, String>;
 
 /// New links for present modules: prepared, but not exchanged yet.
 pub(in crate::agent) struct Relinking {
-    rewires: BTreeMap<String, Rewire>,
+    rewires: SortedMap<String, Rewire>,
     /// Modules whose outputs have changed links.
-    writers: BTreeSet<String>,
+    writers: SortedSet<String>,
     stages: Vec<Levels>,
     /// The threads that actuators wake, by path.
-    wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+    wakes: SortedMap<String, Vec<Arc<Wake>>>,
     placements: Vec<Placement>,
     reserved: Vec<Reserved>,
-    links_by_port: BTreeMap<String, LinksByPort>,
-    listeners: BTreeMap<String, BTreeSet<String>>,
-    mismatches: BTreeMap<String, LinkMismatch>,
+    links_by_port: SortedMap<String, LinksByPort>,
+    listeners: SortedMap<String, SortedSet<String>>,
+    mismatches: SortedMap<String, LinkMismatch>,
 }
 
 impl Relinking {
@@ -71,14 +71,14 @@ impl Relinking {
             Report::from(diagnostics)
         })?;
         let rewires = rewires(assembly, wirings, &mut wakes);
-        let links_by_port: BTreeMap<String, LinksByPort> = changed
+        let links_by_port: SortedMap<String, LinksByPort> = changed
             .keys()
             .map(|module| {
                 let name = survey.modules[*module].module.name.value.clone();
                 (name, survey.link_signatures(configuration, *module))
             })
             .collect();
-        let sources = links_by_port.values().flat_map(BTreeMap::values).flatten();
+        let sources = links_by_port.values().flat_map(SortedMap::values).flatten();
         let reserved = reserved.into_iter().filter_map(|(module, fields)| {
             let (params, _) = assembly.resources.board.get(&format!("{module}/params"))?;
             Some((params, fields))
@@ -140,7 +140,7 @@ impl Relinking {
     /// writers of the linked properties, so that their values are complete. Fails with the name of the module that
     /// blocks it.
     pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<SharedLoop>) -> Result<(), String> {
-        let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
+        let involved: SortedSet<&String> = self.rewires.keys().chain(&self.writers).collect();
         let cells = involved.into_iter().filter_map(|name| assembly.modules.get(name));
         let (threaded, on_loop): (Vec<_>, Vec<_>) = cells.partition(|loaded| loaded.own_thread);
         let on_loop: Vec<Arc<RunnerCell>> = on_loop.iter().map(|loaded| Arc::clone(&loaded.cell)).collect();
@@ -204,9 +204,9 @@ impl Relinking {
 
 /// Returns the paths whose readers have changed.
 fn woken(
-    old: &BTreeMap<String, BTreeSet<String>>,
-    new: &BTreeMap<String, BTreeSet<String>>,
-) -> BTreeSet<String> {
+    old: &SortedMap<String, SortedSet<String>>,
+    new: &SortedMap<String, SortedSet<String>>,
+) -> SortedSet<String> {
     let paths = old.keys().chain(new.keys());
     paths.filter(|path| old.get(*path) != new.get(*path)).cloned().collect()
 }
@@ -215,14 +215,14 @@ fn woken(
 /// Wakes that belong to no module remain in `wakes`.
 fn rewires(
     assembly: &Assembly,
-    mut wirings: BTreeMap<String, Wiring>,
-    wakes: &mut BTreeMap<String, Vec<Arc<Wake>>>,
-) -> BTreeMap<String, Rewire> {
-    let mut rewires = BTreeMap::new();
+    mut wirings: SortedMap<String, Wiring>,
+    wakes: &mut SortedMap<String, Vec<Arc<Wake>>>,
+) -> SortedMap<String, Rewire> {
+    let mut rewires = SortedMap::new();
     for (name, loaded) in &assembly.modules {
         let own = |path: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         let paths: Vec<String> = wakes.keys().filter(own).cloned().collect();
-        let wakes: BTreeMap<_, _> = paths.into_iter().filter_map(|path| wakes.remove_entry(&path)).collect();
+        let wakes: SortedMap<_, _> = paths.into_iter().filter_map(|path| wakes.remove_entry(&path)).collect();
         let wiring = wirings.remove(name);
         if let Some(wiring) = &wiring {
             // One that is early in vain does nothing, so this may come before the exchange.

@@ -1,16 +1,15 @@
 //! Outputs with too few values for a queue that is linked later.
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
+use slate_sorted::SortedMap;
 
 use super::{BuildMoment, HostResources, ModuleBuilder};
 use slate_composition::{BuildPlan, LinkEnd, Survey};
 use slate_configuration::Configuration;
 
 /// Writers of deeper channels for present modules' outputs, by module and path.
-pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;
+pub(in crate::agent) type Deeper = SortedMap<String, SortedMap<String, Writer>>;
 
 /// Makes deeper channels for outputs with too few values for their queues.
 /// A failure is reported when the queue is linked.

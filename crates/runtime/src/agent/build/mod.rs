@@ -9,7 +9,6 @@ mod rewiring;
 mod runners;
 mod wiring;
 
-use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
@@ -17,6 +16,7 @@ use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
+use slate_sorted::SortedSet;
 
 use super::Mode;
 use actuators::GateBuilder;
@@ -83,14 +83,14 @@ struct ModuleBuilder<'a, 's> {
     /// Placements on the board at the exchange of links.
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
-    kept: BTreeSet<(usize, LinkEnd)>,
+    kept: SortedSet<(usize, LinkEnd)>,
     made: BuildMoment,
 }
 
 impl<'a, 's> ModuleBuilder<'a, 's> {
     fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: BuildMoment) -> Self {
         let diagnostics = DiagnosticCollector::new(plan.configuration);
-        Self { plan, resources, diagnostics, placements: Vec::new(), kept: BTreeSet::new(), made }
+        Self { plan, resources, diagnostics, placements: Vec::new(), kept: SortedSet::new(), made }
     }
 
     fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -167,7 +167,7 @@ impl<'a, 's> ModuleBuilder<'a, 's> {
 
     /// Returns the wakes of the modules that are linked to a path.
     fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
-        let names: BTreeSet<_> = self.plan.links_to(path).collect();
+        let names: SortedSet<_> = self.plan.links_to(path).collect();
         names.into_iter().filter_map(|name| self.wake_of(name)).collect()
     }
 

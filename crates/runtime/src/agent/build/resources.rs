@@ -1,7 +1,6 @@
 //! Resources that outlive the modules.
 //! Modules come and go, but the resources that they share with others stay.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,6 +10,7 @@ use slate_blackboard::{Access, Board};
 use slate_module::Trigger;
 use slate_module::aspect::{MainLoop, Service};
 use slate_safety::StopLatch;
+use slate_sorted::{SortedMap, SortedSet};
 
 use crate::agent::Mode;
 use crate::aspects::{ServiceContext, ServiceSlot};
@@ -30,25 +30,25 @@ pub(in crate::agent) struct HostResources {
     pub mode: Mode,
     pub stop: StopLatch,
     /// Signals by module, also of modules that do not exist yet.
-    pub signals: BTreeMap<String, ModuleSignals>,
+    pub signals: SortedMap<String, ModuleSignals>,
     /// Actuators by name.
-    pub actuators: BTreeMap<String, Arc<Actuator>>,
+    pub actuators: SortedMap<String, Arc<Actuator>>,
     /// Services that modules provide, by the path of the port.
-    pub services: BTreeMap<String, Arc<ServiceSlot>>,
+    pub services: SortedMap<String, Arc<ServiceSlot>>,
     /// Means of the host's services.
     pub service_context: ServiceContext,
     /// Number of outputs, for the digest.
     pub index: u32,
     /// Gauges of queue inputs, by the path of the port.
-    pub gauges: BTreeMap<String, Arc<QueueGauge>>,
+    pub gauges: SortedMap<String, Arc<QueueGauge>>,
     /// Ages of the values of other inputs, by the path of the port.
-    pub ages: BTreeMap<String, Arc<InputAge>>,
+    pub ages: SortedMap<String, Arc<InputAge>>,
     /// Wake of the thread that sends messages to other agents.
     pub sharing_wake: Arc<Wake>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
     /// Values set in modules that are unloaded for a moment, by path.
-    pub kept: BTreeMap<String, KeptSetting>,
+    pub kept: SortedMap<String, KeptSetting>,
 }
 
 /// A value that a user or a tool has set.
@@ -71,8 +71,8 @@ pub(in crate::agent) struct ModuleSignals {
 
 /// Paths and actuators before a change, to which a failure returns.
 pub(in crate::agent) struct ResourceMark {
-    paths: BTreeSet<String>,
-    actuators: BTreeSet<String>,
+    paths: SortedSet<String>,
+    actuators: SortedSet<String>,
 }
 
 impl ResourceMark {
@@ -99,16 +99,16 @@ impl HostResources {
             lockstep,
             mode,
             stop,
-            signals: BTreeMap::new(),
-            actuators: BTreeMap::new(),
-            services: BTreeMap::new(),
+            signals: SortedMap::new(),
+            actuators: SortedMap::new(),
+            services: SortedMap::new(),
             service_context,
             index: 0,
-            gauges: BTreeMap::new(),
-            ages: BTreeMap::new(),
+            gauges: SortedMap::new(),
+            ages: SortedMap::new(),
             sharing_wake: Arc::default(),
             arenas,
-            kept: BTreeMap::new(),
+            kept: SortedMap::new(),
         }
     }
 
@@ -147,7 +147,7 @@ impl HostResources {
     }
 
     /// Returns all paths of the board.
-    pub fn paths(&self) -> BTreeSet<String> {
+    pub fn paths(&self) -> SortedSet<String> {
         let aliases = self.board.aliases().into_iter().map(|(path, _)| path);
         self.board.properties().iter().map(|property| property.path().to_owned()).chain(aliases).collect()
     }
@@ -171,7 +171,7 @@ impl HostResources {
 
     /// Returns the values that users and tools have set in some modules.
     /// These are parameters, `enabled` and inputs without a link.
-    pub fn settings(&self, modules: &[String]) -> BTreeMap<String, KeptSetting> {
+    pub fn settings(&self, modules: &[String]) -> SortedMap<String, KeptSetting> {
         let of = |path: &str| {
             let within =
                 |module: &String| path.strip_prefix(module).is_some_and(|rest| rest.starts_with('/'));

@@ -1,10 +1,10 @@
 //! New links of running modules.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::{BuildMoment, HostResources, ModuleBuilder, WiringBuilder};
 use slate_composition::{BuildPlan, LinkEnd, Survey};
@@ -14,12 +14,12 @@ use slate_engine::runner::Wiring;
 /// New links of modules, not in effect before the exchange.
 pub(in crate::agent) struct Rewiring {
     /// New wirings by module.
-    pub wirings: BTreeMap<String, Wiring>,
+    pub wirings: SortedMap<String, Wiring>,
     /// The threads that outputs wake, by their paths.
-    pub wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+    pub wakes: SortedMap<String, Vec<Arc<Wake>>>,
     pub placements: Vec<Placement>,
     /// Parameters that tools must not set any more, by module.
-    pub reserved: BTreeMap<String, Vec<(String, String)>>,
+    pub reserved: SortedMap<String, Vec<(String, String)>>,
 }
 
 /// Makes new readers for the listed ports, by module.
@@ -28,13 +28,13 @@ pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,
     resources: &mut HostResources,
-    changed: &BTreeMap<usize, BTreeSet<LinkEnd>>,
-    paths: &BTreeSet<String>,
+    changed: &SortedMap<usize, SortedSet<LinkEnd>>,
+    paths: &SortedSet<String>,
     made: BuildMoment,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let plan = BuildPlan { configuration, survey };
     let mut builder = ModuleBuilder::new(plan, resources, made);
-    let mut wirings = BTreeMap::new();
+    let mut wirings = SortedMap::new();
     for (m, link_ends) in changed {
         // The error was reported.
         let _ = link_ends.iter().try_for_each(|link_end| builder.properties().relinked(*m, *link_end));

@@ -1,6 +1,5 @@
 //! Sources and destinations of a module's ports.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, Policy, Start};
@@ -8,6 +7,7 @@ use slate_blackboard::commit::CommitWord;
 use slate_blackboard::message::Sender;
 use slate_blackboard::{Carrier, Property};
 use slate_module::Direction;
+use slate_sorted::SortedMap;
 
 use super::resources::ModuleSignals;
 use super::{ModuleBuilder, new_writer};
@@ -167,7 +167,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     fn sources(&mut self, conversions: &mut Vec<ConversionWiring>) -> Option<Vec<LinkedRead<'s, 'a>>> {
         let (m, survey) = (self.module, self.plan.survey);
         let mut reads = Vec::new();
-        let mut ordinals: BTreeMap<LinkEnd, usize> = BTreeMap::new();
+        let mut ordinals: SortedMap<LinkEnd, usize> = SortedMap::new();
         for resolved in survey.links.iter().filter(|resolved| resolved.port.0 == m && !resolved.is_plain()) {
             let link_end = resolved.port.1;
             if !ordinals.contains_key(&link_end) {

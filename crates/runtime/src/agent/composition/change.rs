@@ -1,6 +1,5 @@
 //! Change of an agent's modules: new ones come, and superfluous ones are removed.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Composition, CompositionChange, CompositionTarget, Fitting};
@@ -8,6 +7,7 @@ use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
 use slate_composition::{Catalogue, LinkedConfiguration, Surveyed};
 use slate_configuration::Report;
 use slate_engine::main_loop::SharedLoop;
+use slate_sorted::SortedMap;
 
 impl Composition {
     /// Returns the target with a changed catalogue.
@@ -26,7 +26,7 @@ impl Composition {
     }
 
     /// Checks a target, and returns the modules that it has.
-    pub fn check(&self, target: &CompositionTarget) -> Result<BTreeMap<String, Fitting>, Report> {
+    pub fn check(&self, target: &CompositionTarget) -> Result<SortedMap<String, Fitting>, Report> {
         let linked = self.linked(target);
         let survey = linked.check(&target.catalogue)?;
         let described = |surveyed: Surveyed<'_>| {

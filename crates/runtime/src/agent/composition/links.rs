@@ -1,10 +1,10 @@
 //! Links that a module blocks; they are made when it has returned.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::Composition;
 use crate::agent::assembly::Unlinked;
@@ -109,8 +109,8 @@ impl Composition {
 
     /// Returns the ports whose links differ from the configuration, with reasons.
     /// The ports are named by modules and names.
-    pub fn unmade(&self) -> BTreeMap<String, String> {
-        let Some(unlinked) = &self.waiting.unlinked else { return BTreeMap::new() };
+    pub fn unmade(&self) -> SortedMap<String, String> {
+        let Some(unlinked) = &self.waiting.unlinked else { return SortedMap::new() };
         let configuration = &self.configuration;
         let mut diagnostics = DiagnosticCollector::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut diagnostics);
@@ -140,7 +140,7 @@ impl Composition {
             changed.keys().flat_map(|module| survey.link_signatures(configuration, *module).into_values());
         let writers = links_by_port.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
         let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
-        let involved: BTreeSet<String> = readers.chain(writers).collect();
+        let involved: SortedSet<String> = readers.chain(writers).collect();
         let loaded = &self.assembly.modules;
         let late = involved.iter().find(|name| loaded.get(*name).is_some_and(|loaded| loaded.cell.is_late()));
         late.map_or(Ok(()), |late| Err(Unlinked::late(late).report))

@@ -5,11 +5,11 @@ mod change;
 mod links;
 mod target;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use slate_module::{ModuleKind, Plugin};
+use slate_sorted::SortedMap;
 
 use super::assembly::Assembly;
 use super::remotes::Remotes;
@@ -44,9 +44,9 @@ pub(super) struct PluginCode {
     /// Known state of libraries at their last load.
     pub known: Option<KnownLibraries>,
     /// Origins of the libraries' code, by plugin.
-    pub origins: BTreeMap<String, LibraryOrigin>,
+    pub origins: SortedMap<String, LibraryOrigin>,
     /// Plugins with a shadow.
-    pub trials: BTreeMap<String, PluginTrial>,
+    pub trials: SortedMap<String, PluginTrial>,
 }
 
 /// Automatic snapshots of a configuration.
@@ -63,7 +63,7 @@ pub(super) trait AutomaticSnapshot: Send + Sync {
 #[derive(Default)]
 pub(super) struct SnapshotSettings {
     /// Content of the application in snapshots.
-    pub application_states: BTreeMap<String, Arc<dyn ApplicationState>>,
+    pub application_states: SortedMap<String, Arc<dyn ApplicationState>>,
     /// Automatic snapshots.
     pub automatic: Option<Arc<dyn AutomaticSnapshot>>,
 }

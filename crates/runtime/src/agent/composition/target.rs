@@ -1,10 +1,10 @@
 //! The target of a change, and its result.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_composition::{Catalogue, OwnSetup};
 use slate_module::{Description, ModuleKind};
+use slate_sorted::SortedMap;
 
 use slate_configuration::Configuration;
 
@@ -30,7 +30,7 @@ pub(in crate::agent) struct Fitting {
 pub(in crate::agent) struct CompositionChange {
     pub arrived: Vec<String>,
     /// Removed modules with their states, or errors of saving them.
-    pub left: BTreeMap<String, Result<Vec<u8>, String>>,
+    pub left: SortedMap<String, Result<Vec<u8>, String>>,
     /// Modules that received a state, or the reason for which it did not fit.
-    pub restored: BTreeMap<String, Result<(), String>>,
+    pub restored: SortedMap<String, Result<(), String>>,
 }

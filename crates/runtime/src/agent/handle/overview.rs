@@ -1,12 +1,12 @@
 //! Lists of plugins and modules, readable without the composition's lock.
 //! A change holds the lock and may take long, as it runs modules' code.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak};
 
 use slate_blackboard::Board;
+use slate_sorted::SortedMap;
 
 use crate::agent::assembly::LoadedModule;
 use crate::agent::composition::Composition;
@@ -151,8 +151,8 @@ fn plugins(composition: &Composition) -> Vec<PluginStatus> {
         modules: composition.modules_of(&[plugin.name().to_owned()]),
         shadow: composition.plugins.trials.get(plugin.name()).map(|trial| trial.origin.file.clone()),
     });
-    let known: BTreeMap<&str, Vec<String>> =
-        composition.catalogue.dormant.iter().fold(BTreeMap::new(), |mut known, (kind, plugin)| {
+    let known: SortedMap<&str, Vec<String>> =
+        composition.catalogue.dormant.iter().fold(SortedMap::new(), |mut known, (kind, plugin)| {
             known.entry(plugin.as_str()).or_default().push(kind.clone());
             known
         });

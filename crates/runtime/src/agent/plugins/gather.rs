@@ -1,11 +1,11 @@
 //! Collection of new plugins, in the order of their dependencies.
 //! The result is a catalogue that contains them; the agent is not changed yet.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Level, Plugin, Setup};
+use slate_sorted::SortedMap;
 
 use super::{PluginError, unknown};
 use crate::agent::composition::{Composition, LibraryOrigin};
@@ -53,7 +53,7 @@ pub(super) struct LibraryWatch<'a> {
 pub(super) struct Gathered<'a> {
     sources: PluginSources<'a>,
     catalogue: Catalogue,
-    origins: BTreeMap<String, LibraryOrigin>,
+    origins: SortedMap<String, LibraryOrigin>,
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
@@ -73,7 +73,7 @@ impl<'a> Gathered<'a> {
         Self {
             sources,
             catalogue,
-            origins: BTreeMap::new(),
+            origins: SortedMap::new(),
             came: Vec::new(),
             open: Vec::new(),
             shows_places: false,
@@ -81,7 +81,7 @@ impl<'a> Gathered<'a> {
     }
 
     /// Returns the catalogue, the origins of libraries, and the new plugins.
-    pub fn done(self) -> (Catalogue, BTreeMap<String, LibraryOrigin>, Vec<Plugin>) {
+    pub fn done(self) -> (Catalogue, SortedMap<String, LibraryOrigin>, Vec<Plugin>) {
         (self.catalogue, self.origins, self.came)
     }
 

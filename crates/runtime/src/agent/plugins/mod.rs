@@ -9,12 +9,12 @@ mod shadow;
 mod trial;
 mod version;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use slate_blackboard::nearest_names;
 use slate_module::{ModuleKind, Plugin, Setup};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::assembly::ModuleStates;
 use super::composition::{Composition, CompositionTarget};
@@ -67,7 +67,7 @@ fn unique_part(kind: &ModuleKind) -> String {
 }
 
 /// Returns the unique parts of the configuration's unnamed robot.
-fn own_parts(target: &CompositionTarget) -> BTreeSet<String> {
+fn own_parts(target: &CompositionTarget) -> SortedSet<String> {
     let modules = target.configuration.modules().iter();
     let own = modules.filter(|module| scope(&module.name.value).is_empty());
     own.filter_map(|module| target.catalogue.kind(&module.kind.value)).map(unique_part).collect()
@@ -89,7 +89,7 @@ impl<'c> PluginLoader<'c> {
         &self,
         linked: &[Plugin],
         states: &ModuleStates,
-    ) -> Result<BTreeMap<String, Result<(), String>>, PluginError> {
+    ) -> Result<SortedMap<String, Result<(), String>>, PluginError> {
         let mut composition = self.agent.composition();
         composition.plugins.linked = linked.to_vec();
         let mut gathered = Gathered::new(&composition);

@@ -1,10 +1,10 @@
 //! New version of a plugin's code, for the modules that run it.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Plugin};
+use slate_sorted::SortedMap;
 
 use super::PluginError;
 use super::gather::check_kinds;
@@ -19,7 +19,7 @@ pub(super) struct PluginVersion<'c> {
     shared: &'c Arc<SharedLoop>,
     pub plugin: Plugin,
     /// Modules that the agent has with this version.
-    pub modules: BTreeMap<String, Fitting>,
+    pub modules: SortedMap<String, Fitting>,
 }
 
 impl<'c> PluginVersion<'c> {

@@ -1,9 +1,8 @@
 //! Demand of an agent's links from other agents.
 
-use std::collections::BTreeMap;
-
 use slate_blackboard::is_within;
 use slate_module::Direction;
+use slate_sorted::SortedMap;
 
 use crate::agent::assembly::LoadedModule;
 use crate::sharing::{Expected, Pace, RemoteDemand, RemotePath};
@@ -14,10 +13,10 @@ use slate_configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 /// Links to one property share the largest of their demands.
 pub(super) fn demands(
     configuration: &Configuration,
-    properties: &BTreeMap<RemotePath, String>,
-    modules: &BTreeMap<String, LoadedModule>,
-) -> BTreeMap<RemotePath, RemoteDemand> {
-    let mut demands: BTreeMap<RemotePath, RemoteDemand> = BTreeMap::new();
+    properties: &SortedMap<RemotePath, String>,
+    modules: &SortedMap<String, LoadedModule>,
+) -> SortedMap<RemotePath, RemoteDemand> {
+    let mut demands: SortedMap<RemotePath, RemoteDemand> = SortedMap::new();
     for link in configuration.links() {
         let Some(path) = remote_path(configuration, link) else { continue };
         // It is carried in another way than the link requests, so others of the property are not to follow it.
@@ -42,7 +41,7 @@ pub(super) fn demands(
     demands
 }
 
-fn demand(modules: &BTreeMap<String, LoadedModule>, link: &Link) -> RemoteDemand {
+fn demand(modules: &SortedMap<String, LoadedModule>, link: &Link) -> RemoteDemand {
     if link.destination().is_some_and(|url| url.agent().is_some()) {
         return RemoteDemand::Messages;
     }

@@ -2,10 +2,10 @@
 
 mod demands;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::PoisonError;
 
 use slate_blackboard::Board;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::assembly::Assembly;
 use crate::sharing::{DemandState, Readers, RemoteDemand, RemotePath, Sharing};
@@ -18,13 +18,13 @@ pub(super) struct Remotes {
     /// Transport of values; `None` if the program has none.
     pub sharing: Option<Box<dyn Sharing>>,
     pub started: bool,
-    pub demands: BTreeMap<RemotePath, RemoteDemand>,
-    pub demand_states: BTreeMap<RemotePath, DemandState>,
+    pub demands: SortedMap<RemotePath, RemoteDemand>,
+    pub demand_states: SortedMap<RemotePath, DemandState>,
     /// Properties of which links name a field, or the whole.
     /// They stay known while the other agent is absent.
-    pub properties: BTreeMap<RemotePath, String>,
+    pub properties: SortedMap<RemotePath, String>,
     /// Reported misfits of links with the properties of other agents.
-    reported: BTreeMap<String, LinkMismatch>,
+    reported: SortedMap<String, LinkMismatch>,
     pub readers: Readers,
     epoch: u64,
 }
@@ -39,7 +39,7 @@ impl Remotes {
         &self,
         configuration: &Configuration,
         link: &Link,
-        mismatches: &BTreeMap<String, LinkMismatch>,
+        mismatches: &SortedMap<String, LinkMismatch>,
     ) -> Option<String> {
         let path = remote_path(configuration, link)?;
         if let Some(mismatch) = mismatches.get(&link.to.value) {
@@ -57,7 +57,7 @@ impl Remotes {
         &self,
         configuration: &Configuration,
         assembly: &Assembly,
-    ) -> BTreeMap<RemotePath, RemoteDemand> {
+    ) -> SortedMap<RemotePath, RemoteDemand> {
         demands::demands(configuration, &self.properties, &assembly.modules)
     }
 
@@ -88,7 +88,7 @@ impl Remotes {
     /// Finds the threads that wait for values of other agents.
     pub fn note_readers(&self, assembly: &mut Assembly) {
         let own = |path: &&String| path.starts_with("agents/") || path.starts_with("team/");
-        let names: BTreeSet<String> = assembly
+        let names: SortedSet<String> = assembly
             .listeners
             .iter()
             .filter(|(path, _)| own(path))
@@ -104,7 +104,7 @@ impl Remotes {
 
     /// Returns messages on links with misfits that were not reported yet.
     /// Such links don't fit the properties of other agents.
-    pub fn news(&mut self, mismatches: &BTreeMap<String, LinkMismatch>) -> Vec<String> {
+    pub fn news(&mut self, mismatches: &SortedMap<String, LinkMismatch>) -> Vec<String> {
         let new = mismatches.iter().filter(|(to, mismatch)| self.reported.get(*to) != Some(*mismatch));
         let text = |(to, mismatch): (&String, &LinkMismatch)| {
             format!("{to} waits: {} ({})", mismatch.message, mismatch.help)

@@ -1,10 +1,10 @@
 //! Consent of modules to new settings.
 //! Present modules may refuse; absent ones are checked by their last known description.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::{Description, ModuleKind};
+use slate_sorted::SortedMap;
 
 use crate::agent::assembly::Assembly;
 use slate_composition::parameters;
@@ -42,7 +42,7 @@ impl ConsentQuestion {
 pub(super) fn check_dormant(
     configuration: &Configuration,
     catalogue: &Catalogue,
-    last_known: &BTreeMap<String, Description>,
+    last_known: &SortedMap<String, Description>,
     diagnostics: &mut DiagnosticCollector<'_>,
 ) {
     for module in configuration.modules() {

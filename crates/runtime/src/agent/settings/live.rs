@@ -1,8 +1,7 @@
 //! Settings that may change while an agent runs.
 
-use std::collections::BTreeSet;
-
 use slate_blackboard::is_within;
+use slate_sorted::SortedSet;
 
 use super::super::links::unchanging;
 use slate_configuration::{Change, Configuration, Diagnostic, ExternalLink, Variant};
@@ -36,15 +35,16 @@ const LATER: &str = "it takes effect at the next start: write it into the file, 
 pub(super) struct OtherModules<'a> {
     before: &'a Configuration,
     after: &'a Configuration,
-    modules: BTreeSet<&'a str>,
+    modules: SortedSet<&'a str>,
 }
 
 impl<'a> OtherModules<'a> {
     pub fn of(before: &'a Configuration, after: &'a Configuration) -> Self {
-        let names = |configuration: &'a Configuration| -> BTreeSet<&'a str> {
+        let names = |configuration: &'a Configuration| -> SortedSet<&'a str> {
             configuration.modules().iter().map(|module| module.name.value.as_str()).collect()
         };
-        let modules = names(before).symmetric_difference(&names(after)).copied().collect();
+        let (old, new) = (names(before), names(after));
+        let modules = old.difference(&new).chain(new.difference(&old)).copied().collect();
         Self { before, after, modules }
     }
 
@@ -151,10 +151,10 @@ impl<'a> OtherModules<'a> {
 
     /// Returns the indices of the changes that only the next start can make.
     /// These are all changes if one of another variant is among them, as a variant can't be applied in part.
-    pub fn waiting(&self, changes: &[Change]) -> BTreeSet<usize> {
+    pub fn waiting(&self, changes: &[Change]) -> SortedSet<usize> {
         let waits =
             |change: &Change| self.have(change) || self.touches(change) || self.obstacle(change).is_some();
-        let waiting: BTreeSet<_> =
+        let waiting: SortedSet<_> =
             changes.iter().enumerate().filter(|(_, change)| waits(change)).map(|(place, _)| place).collect();
         let is_whole = waiting.is_empty() || !changes.iter().any(|change| self.chooses(change));
         if is_whole { waiting } else { (0..changes.len()).collect() }

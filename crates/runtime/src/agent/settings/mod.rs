@@ -3,13 +3,13 @@
 mod consent;
 mod live;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Value, View};
 use slate_blackboard::{BoardError, is_within};
 use slate_module::Level;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle, by_module};
@@ -44,7 +44,7 @@ impl FollowedSettings {
         let judge = agent.downgrade();
         database.wait_with(move |configuration, changes| match judge.upgrade() {
             Some(agent) => SettingsChanger::new(&agent).waiting(configuration, changes),
-            None => BTreeSet::new(),
+            None => SortedSet::new(),
         });
         agent.composition().database = Some(database.clone());
         let follower = agent.downgrade();
@@ -136,9 +136,9 @@ fn toml_text(value: &Value) -> Option<String> {
 /// Changes of one module.
 #[derive(Default)]
 struct ModuleChange<'a> {
-    parameters: BTreeSet<&'a str>,
+    parameters: SortedSet<&'a str>,
     enabled: bool,
-    inputs: BTreeSet<&'a str>,
+    inputs: SortedSet<&'a str>,
 }
 
 /// Changes of a running agent's settings.
@@ -179,7 +179,7 @@ impl<'c> SettingsChanger<'c> {
         if !diagnostics.is_empty() {
             return Err(Report::from(diagnostics));
         }
-        let modules: BTreeSet<&str> = changes
+        let modules: SortedSet<&str> = changes
             .iter()
             .filter_map(|change| match LiveSetting::of(change) {
                 Some(LiveSetting::Parameter { module, .. }) => Some(module),
@@ -192,7 +192,7 @@ impl<'c> SettingsChanger<'c> {
     }
 
     /// Returns the indices of an edit's changes that only the next start can make.
-    fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> BTreeSet<usize> {
+    fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> SortedSet<usize> {
         let composition = self.agent.composition();
         let configuration = configuration.with_loaded_of(&composition.configuration);
         OtherModules::of(&composition.configuration, &configuration).waiting(changes)
@@ -201,7 +201,7 @@ impl<'c> SettingsChanger<'c> {
     /// Applies checked changes to the modules.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
         let mut composition = self.agent.composition();
-        let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
+        let mut of_modules: SortedMap<&str, ModuleChange<'_>> = SortedMap::new();
         let (mut of_log, mut of_links) = (false, false);
         // An agent that continues from a snapshot has the settings of that already.
         let is_new =

@@ -1,11 +1,11 @@
 //! Exchange of the agent's state between two cycles.
 //! All checks precede it, so it can't fail.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::message::{Mailbox, WaitingMessage};
 use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
+use slate_sorted::SortedMap;
 
 use super::capture::SnapshotSubject;
 use crate::aspects::TimePlace;
@@ -17,9 +17,9 @@ use slate_engine::runner::{OutboxPort, Retired};
 pub(super) struct Ready {
     pub image: SnapshotImage,
     /// Instances by module; `None` for a module that had none.
-    pub fresh: BTreeMap<String, Option<Retired>>,
+    pub fresh: SortedMap<String, Option<Retired>>,
     /// Values of settings that hold in place of the snapshot's.
-    pub kept: BTreeMap<String, Vec<u8>>,
+    pub kept: SortedMap<String, Vec<u8>>,
     pub application_states: Vec<Box<dyn FnOnce() + Send>>,
     pub time: Arc<TimePlace>,
     /// True if actuators return to their armed state.

@@ -1,12 +1,12 @@
 //! Copy of an agent between two cycles.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, Board, Carrier, Property};
 use slate_module::{ModuleKind, PortDescription};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::text;
 use crate::agent::composition::Composition;
@@ -41,7 +41,7 @@ pub(super) struct SnapshotSubjects {
     inferred: Vec<InferredLink>,
     outputs: u32,
     time: Arc<TimePlace>,
-    application_states: BTreeMap<String, Arc<dyn ApplicationState>>,
+    application_states: SortedMap<String, Arc<dyn ApplicationState>>,
 }
 
 /// Cells kept from stepping until this is dropped.
@@ -112,8 +112,8 @@ impl SnapshotSubjects {
                 }));
             }
         }
-        let mut modules = BTreeMap::new();
-        let (mut written, mut receiving) = (BTreeSet::new(), BTreeSet::new());
+        let mut modules = SortedMap::new();
+        let (mut written, mut receiving) = (SortedSet::new(), SortedSet::new());
         for subject in &self.modules {
             let state = match subject.state()? {
                 Ok(state) => state,
@@ -206,9 +206,9 @@ impl SnapshotSubject {
 /// measurements of the loop are excluded.
 fn properties(
     board: &Board,
-    written: &BTreeSet<String>,
-) -> Result<BTreeMap<String, PropertySnapshot>, SnapshotError> {
-    let mut properties = BTreeMap::new();
+    written: &SortedSet<String>,
+) -> Result<SortedMap<String, PropertySnapshot>, SnapshotError> {
+    let mut properties = SortedMap::new();
     for property in board.properties() {
         if !is_kept(&property, written) {
             continue;
@@ -223,7 +223,7 @@ fn properties(
     Ok(properties)
 }
 
-fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
+fn is_kept(property: &Property, written: &SortedSet<String>) -> bool {
     let kept =
         property.access() == Access::Setting || !property.has_writer() || written.contains(property.path());
     kept && !is_remote(property.path())
@@ -236,7 +236,7 @@ fn is_remote(path: &str) -> bool {
 }
 
 /// Returns the messages that wait for absent receivers.
-fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, MailboxSnapshot> {
+fn mailboxes(board: &Board, receiving: &SortedSet<String>) -> SortedMap<String, MailboxSnapshot> {
     let saved = |mailbox: &Arc<Mailbox>| {
         let receiver = mailbox.receiver().ok()?;
         Some(MailboxSnapshot { sequence: receiver.sequence(), messages: receiver.waiting() })

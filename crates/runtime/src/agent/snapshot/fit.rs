@@ -1,9 +1,9 @@
 //! Check that an agent can restore a snapshot, before any change.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::{Board, Placement};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::apply::at;
 use super::capture::{SnapshotSubject, marks};
@@ -54,7 +54,7 @@ fn differing<'a>(
     what: &str,
     problems: &mut Vec<String>,
 ) {
-    let (here, there): (BTreeSet<_>, BTreeSet<_>) = (here.collect(), there.collect());
+    let (here, there): (SortedSet<_>, SortedSet<_>) = (here.collect(), there.collect());
     problems.extend(there.difference(&here).map(|name| format!("{what} `{name}` is not here")));
     problems.extend(here.difference(&there).map(|name| format!("{what} `{name}` is not in it")));
 }
@@ -94,11 +94,11 @@ fn modules(subjects: &[SnapshotSubject], image: &SnapshotImage, problems: &mut V
             problems.push(format!("the parameters of module `{name}` have another schema"));
         }
         let own = subject.port_snapshots();
-        let by_name = |ports: &[PortSnapshot]| -> BTreeMap<String, PortSnapshot> {
+        let by_name = |ports: &[PortSnapshot]| -> SortedMap<String, PortSnapshot> {
             ports.iter().map(|port| (port.name.clone(), port.clone())).collect()
         };
         let (here, there) = (by_name(&own), by_name(&saved.ports));
-        let keys = |ports: &BTreeMap<String, PortSnapshot>| -> Vec<String> {
+        let keys = |ports: &SortedMap<String, PortSnapshot>| -> Vec<String> {
             ports.keys().map(|port| format!("{name}/{port}")).collect()
         };
         let (own_keys, its_keys) = (keys(&here), keys(&there));
@@ -157,7 +157,7 @@ impl DifferentSetting {
     /// Returns the differences between two configurations that affect states.
     /// The log is excluded, as are the end and the report of a run.
     pub fn between(here: &Configuration, there: &Configuration) -> Vec<Self> {
-        let settings = |configuration: &Configuration| -> BTreeMap<String, Value> {
+        let settings = |configuration: &Configuration| -> SortedMap<String, Value> {
             let all = configuration.settings("").unwrap_or_default();
             let counts = |path: &str| {
                 let top = path.split('.').next().unwrap_or_default();
@@ -178,7 +178,7 @@ impl DifferentSetting {
             counting.map(|setting| (setting.path, setting.value)).chain(links).chain(inferred).collect()
         };
         let (here, there) = (settings(here), settings(there));
-        let paths: BTreeSet<&String> = here.keys().chain(there.keys()).collect();
+        let paths: SortedSet<&String> = here.keys().chain(there.keys()).collect();
         let text = |value: Option<&Value>| value.map(ToString::to_string);
         let all = paths.into_iter().map(|path| Self {
             path: path.clone(),

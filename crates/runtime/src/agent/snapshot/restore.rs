@@ -1,7 +1,6 @@
 //! Restoring of a snapshot.
 //! All is prepared beside the running modules, and exchanged between two cycles.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::apply::{Ready, Restoration};
@@ -15,6 +14,7 @@ use crate::snapshot::{ModuleSnapshot, Snapshot, SnapshotError};
 use slate_configuration::{Configuration, Database, Variant};
 use slate_engine::log::Levels;
 use slate_engine::runner::Retired;
+use slate_sorted::SortedMap;
 
 /// Restores an agent from snapshots.
 pub(in crate::agent) struct SnapshotRestorer<'c> {
@@ -118,7 +118,7 @@ impl<'c> SnapshotRestorer<'c> {
         &self,
         snapshot: &Snapshot,
         kept: &[String],
-        other: Option<(&Configuration, &BTreeMap<String, String>)>,
+        other: Option<(&Configuration, &SortedMap<String, String>)>,
     ) -> Result<(), SnapshotError> {
         self.is_of(snapshot)?;
         let mut composition = self.agent.composition();
@@ -241,11 +241,11 @@ impl<'c> SnapshotRestorer<'c> {
         composition: &Composition,
         configuration: &Arc<Configuration>,
         snapshot: &Snapshot,
-    ) -> Result<BTreeMap<String, Option<Retired>>, SnapshotError> {
+    ) -> Result<SortedMap<String, Option<Retired>>, SnapshotError> {
         let mut target = composition.target(|_| {});
         target.configuration = Arc::clone(configuration);
         let described = composition.check(&target)?;
-        let mut fresh = BTreeMap::new();
+        let mut fresh = SortedMap::new();
         for (name, fitting) in &described {
             let Some(saved) = snapshot.image.modules.get(name) else { continue };
             let instance = match &saved.state {
@@ -316,7 +316,7 @@ fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {
 /// Returns the variants of a snapshot that differ from the agent's.
 /// With the snapshot's settings alone, the agent would have the settings of one variant and the name of another.
 fn other_variants(here: &Configuration, there: &Configuration) -> Vec<String> {
-    let own: BTreeMap<_, _> = Variant::chosen(here).map(|variant| (variant.choice, variant.name)).collect();
+    let own: SortedMap<_, _> = Variant::chosen(here).map(|variant| (variant.choice, variant.name)).collect();
     let others = Variant::chosen(there).filter_map(|Variant { choice, name, .. }| {
         let own = own.get(choice).filter(|own| **own != name)?;
         Some(format!("`{choice}` is `{own}` here and `{name}` in it: slate config set {choice}={name}"))

@@ -4,12 +4,12 @@ mod calls;
 mod connection;
 mod datagrams;
 
-use std::collections::BTreeMap;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 
 use slate_module::aspect::{Network, SOCKET_LIMIT};
+use slate_sorted::SortedMap;
 
 use super::{HostService, ServiceContext};
 use connection::{Attempt, ModuleConnection};
@@ -23,9 +23,9 @@ const RETRY: u64 = 1_000_000_000;
 struct NetworkService {
     table: Network,
     /// Sockets by number, in the order in which they were opened.
-    sockets: BTreeMap<u64, ModuleSocket>,
+    sockets: SortedMap<u64, ModuleSocket>,
     /// Sockets that the module has named.
-    named: BTreeMap<(ModuleSocketKind, String), NamedSocket>,
+    named: SortedMap<(ModuleSocketKind, String), NamedSocket>,
     opened: u64,
     now: u64,
     /// Index of the sent data, for the digest.
@@ -67,8 +67,8 @@ unsafe impl Send for NetworkService {}
 pub(super) fn make(_: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(NetworkService {
         table: calls::TABLE,
-        sockets: BTreeMap::new(),
-        named: BTreeMap::new(),
+        sockets: SortedMap::new(),
+        named: SortedMap::new(),
         opened: 0,
         now: 0,
         index: super::hash(&format!("{module} network")),

@@ -4,12 +4,12 @@ mod registry;
 mod ring;
 mod thread;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::ModuleKind;
 use slate_module::aspect::{ABSENT, FULL, ThreadBody, ThreadState, Threads};
 use slate_module::table::{Bytes, DONE, Sink};
+use slate_sorted::SortedMap;
 
 use super::calls::{name, text};
 use super::{HostService, ServiceContext};
@@ -38,9 +38,9 @@ struct ThreadService {
     /// The module's code.
     kind: Option<ModuleKind>,
     /// Threads by name, also those that have ended.
-    threads: BTreeMap<String, TickThread>,
+    threads: SortedMap<String, TickThread>,
     /// Threads that this tick requests.
-    requested: BTreeMap<String, TickThread>,
+    requested: SortedMap<String, TickThread>,
 }
 
 /// Thread, from the tick's side.
@@ -67,8 +67,8 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         clock: Arc::clone(&service_context.clock),
         synchronization: Arc::clone(&service_context.synchronization),
         kind: None,
-        threads: BTreeMap::new(),
-        requested: BTreeMap::new(),
+        threads: SortedMap::new(),
+        requested: SortedMap::new(),
     });
     service.table.context = (&raw mut *service).cast();
     service

@@ -1,6 +1,5 @@
 //! Keeper of modules' threads; no code is unloaded while a thread runs it.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -8,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use slate_module::Level;
 use slate_module::aspect::ThreadState;
+use slate_sorted::SortedMap;
 
 use super::thread::{ModuleThread, ThreadParts};
 use slate_engine::clock::Clock;
@@ -19,7 +19,7 @@ const POLL_PERIOD: Duration = Duration::from_micros(500);
 
 /// Threads of all modules.
 pub(crate) struct ThreadRegistry {
-    groups: Mutex<BTreeMap<Arc<str>, Arc<ThreadGroup>>>,
+    groups: Mutex<SortedMap<Arc<str>, Arc<ThreadGroup>>>,
     /// Time limit for a thread to stop.
     hang: Duration,
     lockstep: bool,
@@ -79,7 +79,7 @@ impl ThreadRegistry {
         })
     }
 
-    fn groups(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<ThreadGroup>>> {
+    fn groups(&self) -> MutexGuard<'_, SortedMap<Arc<str>, Arc<ThreadGroup>>> {
         self.groups.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

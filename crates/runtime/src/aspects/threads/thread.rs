@@ -1,6 +1,5 @@
 //! Thread of a module, and its access to the host.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -9,6 +8,7 @@ use slate_blackboard::wake::Wake;
 use slate_module::aspect::{ABSENT, FULL, Stop, ThreadBody, ThreadState};
 use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, Sink};
 use slate_module::{Level, ModuleKind};
+use slate_sorted::SortedMap;
 
 use super::super::calls::{say, text};
 use super::ring::{RingInlet, RingOutlet};
@@ -122,7 +122,7 @@ struct StopContext {
     clock: Arc<Clock>,
     synchronization: Arc<Synchronization>,
     module: Arc<str>,
-    emitters: BTreeMap<String, Emitter>,
+    emitters: SortedMap<String, Emitter>,
 }
 
 impl ThreadParts {
@@ -137,7 +137,7 @@ impl ThreadParts {
             clock,
             synchronization,
             module,
-            emitters: BTreeMap::new(),
+            emitters: SortedMap::new(),
         };
         let context = (&raw mut side).cast();
         let stop = Stop { context, is_set, wait, now, log: write, send, receive, emit, wait_for };

@@ -13,8 +13,6 @@
     reason = "memory that another process sees too is mapped here and nowhere else in this crate"
 )]
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
 use std::sync::Arc;
@@ -23,6 +21,8 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fcntl_get_seals, fstat, ftruncate, memfd_create};
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 use slate_blackboard::channel::LentBytes;
+use slate_sorted::MapEntry;
+use slate_sorted::SortedMap;
 
 /// Slots of a region, for all properties of that size.
 /// Enough for a few properties with a few readers each.
@@ -188,7 +188,7 @@ impl Drop for LentMemory {
 
 /// Regions of one end of a link.
 #[derive(Debug, Default)]
-pub(super) struct Regions(BTreeMap<u8, Arc<Region>>);
+pub(super) struct Regions(SortedMap<u8, Arc<Region>>);
 
 impl Regions {
     pub fn add(&mut self, region: Region) {
@@ -208,8 +208,8 @@ impl Regions {
             return false;
         }
         let region = match self.0.entry(class) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => {
+            MapEntry::Occupied(known) => known.into_mut(),
+            MapEntry::Vacant(place) => {
                 let Some((region, file)) = Region::create(class) else { return false };
                 if !send_file(class, file.as_fd()) {
                     return false;

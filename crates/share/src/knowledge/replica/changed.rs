@@ -1,18 +1,19 @@
-use std::collections::BTreeSet;
 use std::sync::Arc;
+
+use slate_sorted::SortedSet;
 
 /// Keys whose facts may have changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Changed {
     /// Changed keys, in order.
-    Keys(BTreeSet<Arc<[u8]>>),
+    Keys(SortedSet<Arc<[u8]>>),
     /// Overflow: any key may have changed, including removed ones.
     All,
 }
 
 impl Default for Changed {
     fn default() -> Self {
-        Self::Keys(BTreeSet::new())
+        Self::Keys(SortedSet::new())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Stored lives of all robots.
 
-use std::collections::{BTreeMap, BTreeSet};
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::Changed;
 use super::origin::OriginLives;
@@ -11,8 +11,8 @@ use crate::knowledge::{Fact, Limits, Version};
 /// Stored lives, and incomplete ones that are still being received.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldLives {
-    pub origins: BTreeMap<u32, OriginLives>,
-    pub stages: BTreeMap<(u32, u64), LifeStage>,
+    pub origins: SortedMap<u32, OriginLives>,
+    pub stages: SortedMap<(u32, u64), LifeStage>,
     pub changed: Changed,
 }
 
@@ -23,8 +23,8 @@ impl HeldLives {
     }
 
     /// Returns all keys with facts, in order.
-    pub fn keys(&self) -> BTreeSet<&[u8]> {
-        let mut keys = BTreeSet::new();
+    pub fn keys(&self) -> SortedSet<&[u8]> {
+        let mut keys = SortedSet::new();
         for (robot, origin) in &self.origins {
             keys.extend(origin.keys().filter(|key| origin.fact(*robot, key).is_some()));
         }

@@ -7,11 +7,10 @@ mod receive;
 mod spread;
 mod stage;
 
-use std::collections::BTreeSet;
-
 pub use changed::Changed;
 use held::HeldLives;
 use random::Random;
+use slate_sorted::SortedSet;
 use spread::Disseminator;
 pub use spread::Outgoing;
 
@@ -117,7 +116,7 @@ impl Replica {
     }
 
     /// Returns all keys with facts, in order.
-    pub fn keys(&self) -> BTreeSet<&[u8]> {
+    pub fn keys(&self) -> SortedSet<&[u8]> {
         self.held.keys()
     }
 

@@ -1,4 +1,6 @@
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
+
+use slate_sorted::SortedMap;
 
 use super::held::HeldLives;
 use super::random::Random;
@@ -56,7 +58,7 @@ pub(super) struct Disseminator {
     neighbors: Vec<u32>,
     /// Origin at which the next digest begins, if one has no room for all.
     cursor: u32,
-    fresh: BTreeMap<(u32, u64), Fresh>,
+    fresh: SortedMap<(u32, u64), Fresh>,
     outgoing: VecDeque<Outgoing>,
     /// Messages dropped because too many waited.
     pub dropped: u64,
@@ -69,7 +71,7 @@ impl Disseminator {
             random,
             neighbors: Vec::new(),
             cursor: 0,
-            fresh: BTreeMap::new(),
+            fresh: SortedMap::new(),
             outgoing: VecDeque::new(),
             dropped: 0,
         }

@@ -1,13 +1,13 @@
 //! Content of a domain of DDS.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
 use slate_dds::TopicQuality;
 use slate_dds::wire::{Matches, sent_type_hash};
-use slate_record::ros::{Schema, Value};
+use slate_ros_messages::{Schema, Value};
+use slate_sorted::{SortedMap, SortedSet};
 use slate_topics::RosError;
 
 use super::participant::{RosDataReader, RosParticipant};
@@ -31,10 +31,10 @@ pub struct DdsView {
     entities: RosDataReader,
     schema: Schema,
     /// Endpoints: whether each writes, and its description.
-    endpoints: BTreeMap<GUID, (bool, EndpointDescription)>,
+    endpoints: SortedMap<GUID, (bool, EndpointDescription)>,
     /// Nodes by endpoint, and all of them by participant.
-    nodes: BTreeMap<GUID, String>,
-    all_nodes: BTreeMap<Vec<u8>, BTreeSet<String>>,
+    nodes: SortedMap<GUID, String>,
+    all_nodes: SortedMap<Vec<u8>, SortedSet<String>>,
 }
 
 impl DdsView {
@@ -49,12 +49,12 @@ impl DdsView {
         let entities = participant.reader_at(graph::TOPIC.into(), graph::MESSAGE, quality)?;
         let schema = Schema::parse(graph::MESSAGE, ENTITIES);
         let schema = schema.map_err(|error| RosError::definition(graph::MESSAGE, error.to_string()))?;
-        let (endpoints, nodes, all_nodes) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        let (endpoints, nodes, all_nodes) = (SortedMap::new(), SortedMap::new(), SortedMap::new());
         Ok(Self { participant, entities, schema, endpoints, nodes, all_nodes })
     }
 
     fn note(&mut self, message: &Value) {
-        let mut names = BTreeSet::new();
+        let mut names = SortedSet::new();
         for node in items(message, "nodes") {
             let text = |name: &str| match node.get(name) {
                 Some(Value::Text(text)) => text.to_string(),
@@ -99,12 +99,12 @@ impl DomainView for DdsView {
         }
     }
 
-    fn nodes(&self) -> BTreeSet<String> {
+    fn nodes(&self) -> SortedSet<String> {
         self.all_nodes.values().flatten().cloned().collect()
     }
 
-    fn topics(&self) -> BTreeMap<String, FoundTopic> {
-        let mut topics: BTreeMap<String, FoundTopic> = BTreeMap::new();
+    fn topics(&self) -> SortedMap<String, FoundTopic> {
+        let mut topics: SortedMap<String, FoundTopic> = SortedMap::new();
         for (guid, (writes, own)) in &self.endpoints {
             let Some(name) = own.topic_name.strip_prefix("rt/") else { continue };
             let topic = topics.entry(format!("/{name}")).or_default();
@@ -120,8 +120,8 @@ impl DomainView for DdsView {
         topics
     }
 
-    fn services(&self) -> BTreeMap<String, String> {
-        let mut services = BTreeMap::new();
+    fn services(&self) -> SortedMap<String, String> {
+        let mut services = SortedMap::new();
         for (_, own) in self.endpoints.values().filter(|(writes, _)| !writes) {
             let name = own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("Request"));
             if let Some(name) = name {

@@ -6,13 +6,13 @@ mod participant;
 mod services;
 mod topics;
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rustdds::{GUID, RTPSEntity};
 use slate_dds::TopicQuality;
 use slate_dds::wire::{MatchWords, Matches, OwnEndpoint};
 use slate_runtime::Composer;
+use slate_sorted::SortedMap;
 use slate_topics::{RosError, ServiceType};
 
 use super::{NodeWire, RequestReader, RequestWriter, TopicReader, TopicWriter, WireType};
@@ -39,7 +39,7 @@ pub struct DdsWire {
     participant: RosParticipant,
     matches: Arc<Matches>,
     /// Endpoints, until the node is announced.
-    own: Mutex<BTreeMap<GUID, OwnEndpoint>>,
+    own: Mutex<SortedMap<GUID, OwnEndpoint>>,
 }
 
 impl DdsWire {

@@ -1,10 +1,10 @@
 //! Content of a domain on Zenoh.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_dds::TopicQuality;
 use slate_network::NetworkEndpoint;
+use slate_sorted::{SortedMap, SortedSet};
 use slate_topics::RosError;
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -51,12 +51,12 @@ impl DomainView for ZenohView {
         // Zenoh's threads do.
     }
 
-    fn nodes(&self) -> BTreeSet<String> {
+    fn nodes(&self) -> SortedSet<String> {
         self.graph.entities().into_iter().map(|own| own.node).collect()
     }
 
-    fn topics(&self) -> BTreeMap<String, FoundTopic> {
-        let mut topics: BTreeMap<String, FoundTopic> = BTreeMap::new();
+    fn topics(&self) -> SortedMap<String, FoundTopic> {
+        let mut topics: SortedMap<String, FoundTopic> = SortedMap::new();
         for Entity { node, endpoint, .. } in self.graph.entities() {
             let Some(own) = endpoint else { continue };
             let found = FoundEndpoint {
@@ -75,7 +75,7 @@ impl DomainView for ZenohView {
         topics
     }
 
-    fn services(&self) -> BTreeMap<String, String> {
+    fn services(&self) -> SortedMap<String, String> {
         let endpoints = self.graph.entities().into_iter().filter_map(|own| own.endpoint);
         let servers = endpoints.filter(|own| own.kind == EndpointKind::Server);
         servers.map(|own| (own.name, message_name(&own.type_name))).collect()

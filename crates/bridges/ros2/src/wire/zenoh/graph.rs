@@ -1,11 +1,12 @@
 //! Nodes and endpoints of a domain, by their liveliness tokens.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_sorted::{SortedMap, SortedSet};
 
 use super::queue::locked;
 use super::token::{EndpointKind, Entity, GraphEndpoint};
@@ -29,13 +30,13 @@ pub struct Graph {
 #[derive(Default)]
 struct GraphState {
     /// Entities by token.
-    entities: BTreeMap<String, Entity>,
+    entities: SortedMap<String, Entity>,
     /// Bytes of the tokens.
     bytes: usize,
     /// Mismatches that were logged.
-    logged: BTreeSet<String>,
+    logged: SortedSet<String>,
     /// Endpoints by kind and key.
-    counts: BTreeMap<(EndpointKind, String), Arc<AtomicUsize>>,
+    counts: SortedMap<(EndpointKind, String), Arc<AtomicUsize>>,
     /// Endpoints of this node.
     own: Vec<GraphEndpoint>,
     /// Endpoints of others that were not compared with those.

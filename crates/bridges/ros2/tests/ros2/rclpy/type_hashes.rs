@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde_json::{Value as Json, json};
-use slate_record::ros::{DefinitionFiles, WireFormat, message_definition};
+use slate_ros_messages::{DefinitionFiles, WireFormat, message_definition};
 use slate_ros2::{ActionType, RosExplorer, RosWireSettings, ServiceType, known_type_hash, type_hash};
 
 use crate::ros2::rclpy::agent::{Running, alone, eventually};

@@ -1,0 +1,4 @@
+//! All tests of the crate that share a process, in one program: each program costs link time.
+
+#[path = "logs/main.rs"]
+mod logs;
