@@ -4,12 +4,14 @@
 //! writer and this reader, so their generic functions only pass on to others that are compiled once: ciborium took a
 //! quarter of the time that a crate of modules takes to build, and its reader can't stand behind a trait object.
 
+mod embedded;
 mod error;
 mod reader;
 mod values;
 mod writer;
 
 use crate::Refusal;
+pub use embedded::Embedded;
 use reader::CborReader;
 use writer::CborWriter;
 
@@ -40,7 +42,7 @@ mod tests {
     use serde::de::DeserializeOwned;
     use serde::{Deserialize, Serialize};
 
-    use super::{decode, encode};
+    use super::{Embedded, decode, encode};
 
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     enum Kind {
@@ -146,6 +148,26 @@ mod tests {
         }
         let bytes = encode(&Longer { before: whole(), value: 7 }).unwrap();
         assert_eq!(decode::<Shorter>(&bytes).unwrap().value, 7);
+    }
+
+    #[test]
+    fn embedded_values_have_the_bytes_that_they_have_themselves() {
+        #[derive(Debug, PartialEq, Serialize, Deserialize)]
+        struct Around<T> {
+            before: u8,
+            inner: T,
+            after: Vec<u8>,
+        }
+        let around = Around { before: 1, inner: whole(), after: vec![2, 3] };
+        let bytes = encode(&around).unwrap();
+        let inner = Embedded::new(encode(&around.inner).unwrap());
+        let embedded = Around { before: 1, inner, after: vec![2, 3] };
+        assert_eq!(encode(&embedded).unwrap(), bytes);
+        assert_eq!(decode::<Around<Embedded>>(&bytes).unwrap(), embedded);
+        assert_eq!(decode::<Whole>(embedded.inner.encoded()).unwrap(), around.inner);
+        for length in 0..bytes.len() {
+            assert!(decode::<Around<Embedded>>(&bytes[..length]).is_err());
+        }
     }
 
     #[test]

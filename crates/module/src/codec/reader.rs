@@ -1,7 +1,9 @@
 //! Items of CBOR (RFC 8949, section 3).
 
-use serde::de::{Error, Unexpected};
+use serde::Deserialize;
+use serde::de::{Error, IgnoredAny, Unexpected};
 
+use super::embedded::EMBEDDED;
 use super::error::CodecError;
 
 /// Maximum nesting of arrays and maps: hostile bytes must not exhaust the stack.
@@ -31,11 +33,13 @@ pub struct CborReader<'b> {
     bytes: &'b [u8],
     at: usize,
     depth: usize,
+    /// The next value is wanted as it is encoded.
+    is_embedded: bool,
 }
 
 impl<'b> CborReader<'b> {
     pub fn new(bytes: &'b [u8]) -> Self {
-        Self { bytes, at: 0, depth: 0 }
+        Self { bytes, at: 0, depth: 0, is_embedded: false }
     }
 
     fn take(&mut self, count: usize) -> Result<&'b [u8], CodecError> {
@@ -108,6 +112,22 @@ impl<'b> CborReader<'b> {
         let item = self.item();
         self.at = start;
         item
+    }
+
+    #[inline(never)]
+    pub fn begin_newtype(&mut self, name: &str) {
+        self.is_embedded = name == EMBEDDED;
+    }
+
+    /// Returns the bytes of the next value, if it is to be read as they are.
+    #[inline(never)]
+    pub fn embedded(&mut self) -> Result<Option<&'b [u8]>, CodecError> {
+        if !std::mem::take(&mut self.is_embedded) {
+            return Ok(None);
+        }
+        let start = self.at;
+        IgnoredAny::deserialize(&mut *self)?;
+        Ok(Some(&self.bytes[start..self.at]))
     }
 
     #[inline(never)]

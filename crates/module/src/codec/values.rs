@@ -73,6 +73,9 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
     }
 
     fn deserialize_bytes<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, CodecError> {
+        if let Some(encoded) = self.embedded()? {
+            return visitor.visit_bytes(encoded);
+        }
         match self.peek()? {
             CborItem::Bytes(bytes) => {
                 self.item()?;
@@ -106,9 +109,10 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _name: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, CodecError> {
+        self.begin_newtype(name);
         visitor.visit_newtype_struct(self)
     }
 

@@ -7,6 +7,7 @@ use serde::ser::{
     SerializeTupleStruct, SerializeTupleVariant, Serializer,
 };
 
+use super::embedded::EMBEDDED;
 use super::error::CodecError;
 
 const UNSIGNED: u8 = 0;
@@ -23,6 +24,8 @@ const BREAK: u8 = 0xff;
 #[derive(Default)]
 pub struct CborWriter {
     bytes: Vec<u8>,
+    /// The next bytes are an encoded value.
+    is_embedding: bool,
 }
 
 impl CborWriter {
@@ -53,6 +56,11 @@ impl CborWriter {
             None => self.bytes.push(major << 5 | 31),
         }
         CborItems { writer: self, is_open: length.is_none() }
+    }
+
+    #[inline(never)]
+    fn begin_newtype(&mut self, name: &str) {
+        self.is_embedding = name == EMBEDDED;
     }
 
     /// Writes the head of a variant with content.
@@ -196,7 +204,9 @@ impl<'w> Serializer for &'w mut CborWriter {
     }
 
     fn serialize_bytes(self, value: &[u8]) -> Result<(), CodecError> {
-        self.head(BYTES, value.len() as u64);
+        if !std::mem::take(&mut self.is_embedding) {
+            self.head(BYTES, value.len() as u64);
+        }
         self.bytes.extend_from_slice(value);
         Ok(())
     }
@@ -229,9 +239,10 @@ impl<'w> Serializer for &'w mut CborWriter {
 
     fn serialize_newtype_struct<T: ?Sized + Serialize>(
         self,
-        _name: &'static str,
+        name: &'static str,
         value: &T,
     ) -> Result<(), CodecError> {
+        self.begin_newtype(name);
         value.serialize(self)
     }
 

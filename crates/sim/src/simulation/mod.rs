@@ -82,6 +82,7 @@ fn only<T: Copy + Default>(profiles: &SortedMap<String, T>) -> T {
 /// Simulation of robots among static bodies.
 #[derive(Serialize, Deserialize)]
 pub struct Simulation {
+    #[serde(with = "slate_sim_state")]
     physics: PhysicsWorld,
     surroundings: Surroundings,
     robots: Vec<SimulatedRobot>,
