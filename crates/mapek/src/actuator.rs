@@ -98,7 +98,7 @@ impl<A: Actuator> Module for ActuatorBlock<A> {
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<Self::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         Ok(Self::State::default())
     }
 

@@ -53,14 +53,14 @@ impl<A: Analyze> Module for AnalyzeBlock<A> {
     const STAGE: Stage = Stage::WorldState;
 
     fn spec() -> Spec {
-        let trigger = on(&A::Observed::describe(), |port| {
+        let trigger = on(&A::Observed::describe(), &|port| {
             port.role == role::PERCEPT || port.direction == Direction::Inbox
         });
         Spec { trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         has_place::<A::Value, A::Observed>(role::CHANGE)?;
         Ok(A::State::default())
     }

@@ -1,7 +1,7 @@
 //! Common parts of all blocks.
 
 use serde::{Serialize, de::DeserializeOwned};
-use slate_module::{Direction, PortDescription, Ports, Refusal, Trigger};
+use slate_module::{Direction, PortDescription, Refusal, Trigger};
 
 /// State of a block between steps; the host saves, restores and forks it.
 pub trait BlockState: Default + Serialize + DeserializeOwned + Send + 'static {}
@@ -13,7 +13,7 @@ pub(crate) const RENEWAL: u64 = 20_000_000;
 
 /// Returns the trigger: new data at a chosen port, and the expiry of its value.
 /// Without chosen ports it is every cycle.
-pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) -> bool) -> Trigger {
+pub(crate) fn on(ports: &[PortDescription], chosen: &dyn Fn(&PortDescription) -> bool) -> Trigger {
     let chosen: Vec<_> = ports
         .iter()
         .filter(|port| matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox))
@@ -28,8 +28,7 @@ pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) ->
 
 /// Refuses a block with two ports of one name.
 /// This includes a port with the name of one of the framework.
-pub(crate) fn distinct<P: Ports>() -> Result<(), Refusal> {
-    let ports = P::describe();
+pub(crate) fn distinct(ports: &[PortDescription]) -> Result<(), Refusal> {
     for (i, port) in ports.iter().enumerate() {
         if ports[..i].iter().any(|other| other.name == port.name) {
             return Err(format!(

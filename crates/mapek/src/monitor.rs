@@ -69,7 +69,7 @@ impl<M: Monitor> Module for MonitorBlock<M> {
         let has_sensed = ports.iter().any(is_sensed);
         // Beside sensors, a plain input is knowledge.
         let mut trigger =
-            on(&ports, |port| !has_sensed || is_sensed(port) || port.direction != Direction::Input);
+            on(&ports, &|port| !has_sensed || is_sensed(port) || port.direction != Direction::Input);
         if let Trigger::On { timeout: Some(timeout), .. } = &mut trigger {
             // At the first tick without a measurement, the newest one is stale already.
             *timeout += 1;
@@ -78,7 +78,7 @@ impl<M: Monitor> Module for MonitorBlock<M> {
     }
 
     fn create(_: &Setup<'_>, _: &M::Params) -> Result<M::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         has_place::<M::Value, M::Sensors>(role::PERCEPT)?;
         Ok(M::State::default())
     }

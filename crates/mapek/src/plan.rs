@@ -162,7 +162,7 @@ impl<P: Plan> Module for PlanBlock<P> {
 
     fn spec() -> Spec {
         let mut trigger =
-            on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
+            on(&Self::Io::describe(), &|port| port.role == role::CHANGE || port.name == "situation");
         // A Plan is not notified of changed parameters or knowledge.
         if let Trigger::On { timeout, .. } = &mut trigger {
             *timeout = Some(timeout.map_or(MAX_PERIOD, |stale| stale.min(MAX_PERIOD)));
@@ -171,7 +171,7 @@ impl<P: Plan> Module for PlanBlock<P> {
     }
 
     fn create(_: &Setup<'_>, _: &P::Params) -> Result<Self::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         Ok(PlanMemory::default())
     }
 

@@ -1,4 +1,5 @@
-use slate_module::{Direction, Interface, Outcome, Ports, Refusal, Tick, ports};
+use slate_module::blackboard::interface::Descriptor;
+use slate_module::{Direction, Interface, Outcome, PortDescription, Ports, Refusal, Tick, ports};
 
 use crate::in_place::InPlace;
 use crate::port::{Change, Measurement, Percept, role};
@@ -98,13 +99,18 @@ impl<T: Interface + ?Sized> Published for InPlace<T> {
 
 /// Refuses a block that writes in place and has no such port.
 pub(crate) fn has_place<V: Published, P: Ports>(role: &str) -> Result<(), Refusal> {
+    if V::IN_PLACE { has_place_for(V::Interface::DESCRIPTOR, &P::describe(), role) } else { Ok(()) }
+}
+
+/// Refuses ports without a place for a value that is written in place.
+/// Compiled once, and not for each block.
+fn has_place_for(interface: &Descriptor, ports: &[PortDescription], role: &str) -> Result<(), Refusal> {
     let (name, port) = match role {
         role::MEASUREMENT => ("value", "Measurement"),
         role::PERCEPT => ("percept", "Percept"),
         _ => ("change", "Change"),
     };
-    let interface = V::Interface::DESCRIPTOR;
-    let has = P::describe().iter().any(|port| {
+    let has = ports.iter().any(|port| {
         let is_place = match port.direction {
             Direction::Output => port.role == role,
             Direction::Input => role == role::PERCEPT && port.role == role::HANDED_ON,
@@ -112,7 +118,7 @@ pub(crate) fn has_place<V: Published, P: Ports>(role: &str) -> Result<(), Refusa
         };
         is_place && port.name == name && port.descriptor.hash == interface.hash
     });
-    if V::IN_PLACE && !has {
+    if !has {
         let what = interface.name;
         return Err(format!(
             "it writes {what} in place and has no port for it: add `{name}: {port}<{what}>` to its ports"

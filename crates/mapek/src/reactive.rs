@@ -55,11 +55,11 @@ impl<R: ReactiveModel> Module for ReactiveBlock<R> {
     const STAGE: Stage = Stage::SensorProcess;
 
     fn spec() -> Spec {
-        Spec { trigger: on(&R::Sensors::describe(), |_| true), deadline: None, unique: "" }
+        Spec { trigger: on(&R::Sensors::describe(), &|_| true), deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &R::Params) -> Result<R::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         Ok(R::State::default())
     }
 

@@ -45,11 +45,11 @@ impl<S: Sensor> Module for SensorBlock<S> {
     const STAGE: Stage = Stage::SensorAcquire;
 
     fn spec() -> Spec {
-        Spec { trigger: on(&S::Io::describe(), |_| true), deadline: None, unique: "" }
+        Spec { trigger: on(&S::Io::describe(), &|_| true), deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &S::Params) -> Result<S::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         has_place::<S::Value, S::Io>(role::MEASUREMENT)?;
         Ok(S::State::default())
     }

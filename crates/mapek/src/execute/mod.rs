@@ -3,7 +3,7 @@ mod execution;
 use std::marker::PhantomData;
 
 pub use execution::Execution;
-use slate_module::{Module, Outcome, Output, Refusal, Setup, Spec, Stage, Tick, Trigger, ports};
+use slate_module::{Module, Outcome, Output, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports};
 
 use crate::block::{RENEWAL, distinct};
 use crate::port::{PlanIn, ReflexIn};
@@ -48,7 +48,7 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
     }
 
     fn create(_: &Setup<'_>, (): &()) -> Result<Self::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         Ok(Execution::default())
     }
 

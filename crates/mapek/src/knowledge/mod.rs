@@ -85,7 +85,7 @@ impl<K: Knowledge> Module for KnowledgeBlock<K> {
     }
 
     fn create(setup: &Setup<'_>, params: &K::Params) -> Result<K::State, Refusal> {
-        distinct::<Self::Io>()?;
+        distinct(&Self::Io::describe())?;
         K::create(setup, params)
     }
 

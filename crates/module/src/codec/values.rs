@@ -118,9 +118,9 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, CodecError> {
         let left = self.array()?;
-        let value = visitor.visit_seq(CborContent { reader: self, left })?;
+        let value = visitor.visit_seq(CborContent { reader: self, left });
         self.leave();
-        Ok(value)
+        value
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, CodecError> {
@@ -138,9 +138,9 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, CodecError> {
         let left = self.map()?;
-        let value = visitor.visit_map(CborContent { reader: self, left })?;
+        let value = visitor.visit_map(CborContent { reader: self, left });
         self.leave();
-        Ok(value)
+        value
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -159,9 +159,9 @@ impl<'de> Deserializer<'de> for &mut CborReader<'de> {
         visitor: V,
     ) -> Result<V::Value, CodecError> {
         let has_content = self.variant()?;
-        let value = visitor.visit_enum(CborVariant { reader: self, has_content })?;
+        let value = visitor.visit_enum(CborVariant { reader: self, has_content });
         self.leave();
-        Ok(value)
+        value
     }
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, CodecError> {

@@ -162,16 +162,26 @@ fn wrong_slot() -> ! {
 
 /// Returns the common part of every port's description.
 fn described<T: Interface + ?Sized>(name: &str, doc: &str, direction: Direction) -> PortDescription {
+    described_as(name, doc, direction, T::DESCRIPTOR)
+}
+
+/// Describes a port of any interface: compiled once, and not for each.
+fn described_as(
+    name: &str,
+    doc: &str,
+    direction: Direction,
+    descriptor: &'static Descriptor,
+) -> PortDescription {
     PortDescription {
         name: name.into(),
         doc: doc.into(),
         direction,
-        descriptor: T::DESCRIPTOR,
+        descriptor,
         required: false,
         role: String::new(),
         stale_after: None,
         safe: None,
-        capacity: default_capacity(T::DESCRIPTOR),
+        capacity: default_capacity(descriptor),
         window: 16,
     }
 }
