@@ -43,6 +43,9 @@ export function targets(properties, links, interfaces, role, parameters = []) {
   return { goal: [...missions, ...[...goalParameters, ...goals].filter(isFree)], pose: poses, paint: canvases };
 }
 
+/** Path of the property that shows the value of a target; null if none does. */
+export const shownPath = ({ path, how, shows }) => shows ?? (how === "send" ? null : path);
+
 const give = (agent, { path, how }, value) => (how === "send" ? post : put)(at(agent, path), value);
 
 /** Changes the mission of a robot that navigates: GO_TO, APPEND, PAUSE, RESUME, CANCEL. */

@@ -14,6 +14,10 @@ export const toPixel = (view, { width, height }, x, y) => [width / 2 + (x - view
 
 export const toWorld = (view, { width, height }, left, top) => [view.x + (left - width / 2) / view.scale, view.y - (top - height / 2) / view.scale];
 
+/** Pans by a motion of the pointer, pixels. */
+export const pan = (view, across, down) =>
+  ({ ...view, x: view.x - across / view.scale, y: view.y + down / view.scale });
+
 /** Zooms with one pixel fixed. */
 export function zoom(view, size, left, top, factor) {
   const [x, y] = toWorld(view, size, left, top);
