@@ -7,6 +7,12 @@
 mod recorder;
 
 pub use recorder::{
-    CHANGE_TOPIC, CONFIGURATION, Channel, DROPPED_TOPIC, Drain, Hub, RecordError, RecordState, Recorded,
-    Recorder, Sink, TOPICS, UnmatchedPattern, read_change, repeats, selects, thins, unmatched_patterns,
+    CHANGE_TOPIC, CONFIGURATION, DROPPED_TOPIC, RecordError, RecordState, Recorded, Recorder, TOPICS,
+    UnmatchedPattern, unmatched_patterns,
 };
+
+/// Parts of the recorder that capture the values of a run.
+/// A replay uses them for the run that it makes again.
+pub mod capture {
+    pub use crate::recorder::{Channel, Drain, Hub, Sink, read_change, repeats, selects, thins};
+}

@@ -20,7 +20,7 @@ use super::external::{ExternalSelection, ExternalValues};
 use super::run::Run;
 use super::verdict::Verdict;
 use slate_bag::{Error, Reader};
-use slate_record::Hub;
+use slate_record::capture::Hub;
 
 /// Repeats a recorded run, and compares it value by value.
 pub struct Comparison {

@@ -12,7 +12,7 @@ use super::expected::{Expected, ExpectedValue};
 use super::run::Run;
 use super::verdict::Verdict;
 use slate_bag::Error;
-use slate_record::{Channel, Drain, Hub, Sink};
+use slate_record::capture::{Channel, Drain, Hub, Sink};
 
 /// Progress shared between the run and its comparison.
 #[derive(Default)]

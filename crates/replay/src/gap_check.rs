@@ -6,7 +6,7 @@ use slate_sorted::SortedSet;
 
 use super::run::Run;
 use super::timeline::Timeline;
-use slate_record::{selects, thins};
+use slate_record::capture::{selects, thins};
 
 /// Check for missing parts of the recording of a run.
 pub(super) struct GapCheck<'a> {

@@ -17,7 +17,7 @@ use super::playback_reader::{PlaybackReader, SharedPlaybackReader};
 use super::recomputed::{Recomputation, Recomputed};
 use super::timeline::Timeline;
 use slate_bag::Error;
-use slate_record::{Channel, Drain, Hub, Sink};
+use slate_record::capture::{Channel, Drain, Hub, Sink};
 
 /// Observer of the modules' outputs, which it compares with the recording.
 pub(super) struct OutputComparer {

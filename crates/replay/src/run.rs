@@ -12,7 +12,8 @@ use super::changes::PastChange;
 use super::coverage::{Coverage, abbreviated_list};
 use super::timeline::Timeline;
 use slate_bag::{Error, Message, Metadata, REPAIR, Reader};
-use slate_record::{CHANGE_TOPIC, CONFIGURATION, DROPPED_TOPIC, read_change};
+use slate_record::capture::{read_change, repeats};
+use slate_record::{CHANGE_TOPIC, CONFIGURATION, DROPPED_TOPIC};
 
 type Texts = SortedMap<String, String>;
 
@@ -334,7 +335,7 @@ impl Run {
     fn missing(&self) -> String {
         let read: SortedSet<&str> = self.links.values().map(|from| from.trim_start_matches('/')).collect();
         // Values on the wall clock or of another agent are not repeated.
-        let read = read.into_iter().filter(|path| !path.contains("://") && slate_record::repeats(path));
+        let read = read.into_iter().filter(|path| !path.contains("://") && repeats(path));
         let absent = read.filter(|path| self.coverage.of(path).is_none() && !self.is_unwritten(path));
         let absent: Vec<_> = absent.map(|path| format!("/{path}")).collect();
         let incomplete = self.coverage.gaps();

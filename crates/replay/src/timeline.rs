@@ -14,7 +14,7 @@ use super::coverage::Coverage;
 use super::track::{LogLine, Mailbox, PropertyTrack};
 use super::treatment::{ChannelTreatment, check_writers, log_line, treatment};
 use slate_bag::{Error, Message, MessageLocation, Reader, Selection};
-use slate_record::read_change;
+use slate_record::capture::read_change;
 
 /// A message that a module took.
 pub(super) struct RecordedMessage {

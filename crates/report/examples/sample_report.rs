@@ -1,5 +1,5 @@
 //! Report of a made-up run, written into a directory to inspect the plots.
-//! `cargo run -p slate-record --example sample_report -- /tmp/sample`
+//! `cargo run -p slate-report --example sample_report -- /tmp/sample`
 
 use slate_report::{
     Bounds, Cone, Goal, Outcome, Polygon, Report, Robot, Route, Sample, Scene, Summary, Trajectory,

@@ -23,6 +23,7 @@ pub use slate_runtime as runtime;
 pub use slate_safety as safety;
 pub use slate_share as share;
 pub use slate_sim as sim;
+pub use slate_sorted as sorted;
 
 /// Imports for the file of a module or of a robot in MAPE-K.
 /// Ports and macros, the blocks of MAPE-K with their actions, builder and pipeline, the common interfaces, and

@@ -1,5 +1,6 @@
 //! Sorted maps and sets that compile quickly.
-//! They are used as those of the standard library: [`SortedMap`] and [`SortedSet`].
+//! They are used as those of the standard library: [`SortedMap`] and [`SortedSet`]. But a range that ends before it starts has no
+//! entries, and `extract_if` takes entries out at once.
 //!
 //! Own code, as the time to compile is what it is for. Each pair of types in a [`BTreeMap`] is some six thousand lines
 //! for LLVM, and one that is collected is sorted by another two thousand: together a third of the code of the crates with
@@ -22,10 +23,12 @@
 mod entry;
 mod iterators;
 mod map;
+mod map_traits;
+mod range;
 mod serialization;
 mod set;
 
 pub use entry::{MapEntry, OccupiedEntry, VacantEntry};
-pub use iterators::{Entries, EntriesMut, IntoEntries};
+pub use iterators::{Entries, EntriesMut, EntryRange, EntryRangeMut, IntoEntries};
 pub use map::SortedMap;
-pub use set::{IntoValues, SortedSet, Values};
+pub use set::{IntoValues, SortedSet, ValueRange, Values};

@@ -107,11 +107,11 @@ impl<T: Ord> SortedSet<T> {
     }
 
     /// Values in a range, in their order: none, if it ends before it starts.
-    pub fn range<Q: Ord + ?Sized, R: RangeBounds<Q>>(&self, range: R) -> Values<'_, T>
+    pub fn range<Q: Ord + ?Sized, R: RangeBounds<Q>>(&self, range: R) -> ValueRange<'_, T>
     where
         T: Borrow<Q>,
     {
-        Values(self.0.range(range))
+        ValueRange(self.0.range(range))
     }
 
     /// Takes out the values from `value` on.
@@ -145,6 +145,10 @@ impl<T: Ord> SortedSet<T> {
 #[derive(Debug)]
 pub struct Values<'s, T>(crate::iterators::Entries<'s, T, ()>);
 
+/// Values of a part of a set in their order.
+#[derive(Clone, Debug)]
+pub struct ValueRange<'s, T>(crate::iterators::EntryRange<'s, T, ()>);
+
 /// Values that were a set, in their order.
 #[derive(Debug)]
 pub struct IntoValues<T>(crate::iterators::IntoEntries<T, ()>);
@@ -174,13 +178,15 @@ macro_rules! over_keys {
                 self.0.next_back().map(|entry| entry.0)
             }
         }
-
-        impl<$($lifetime,)? T> ExactSizeIterator for $name<$($lifetime,)? T> {}
     };
 }
 
 over_keys!(Values<'s>: &'s T);
+over_keys!(ValueRange<'s>: &'s T);
 over_keys!(IntoValues<>: T);
+
+impl<T> ExactSizeIterator for Values<'_, T> {}
+impl<T> ExactSizeIterator for IntoValues<T> {}
 
 impl<T> Default for SortedSet<T> {
     fn default() -> Self {

@@ -1,27 +1,35 @@
 use std::fmt;
 
-use serde::de::{Error, Visitor};
+use serde::de::{DeserializeOwned, Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{decode, encode};
+use crate::Refusal;
 
 /// Name by which writer and reader know an embedded value.
 pub const EMBEDDED: &str = "slate_module::Embedded";
 
 /// Encoded value in another one, with the bytes that it would have itself.
-/// What contains it does not compile the code for its type.
+/// What contains it does not compile the code for its type. It is for states alone, and no part of a type that serde reads
+/// twice (`flatten`, `untagged`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Embedded(Vec<u8>);
 
 impl Embedded {
-    /// Embeds the bytes of one value, as [`encode`](super::encode) returns them.
-    #[must_use]
-    pub fn new(encoded: Vec<u8>) -> Self {
-        Self(encoded)
+    /// Encodes a value.
+    ///
+    /// # Errors
+    /// A value that can't be encoded.
+    pub fn of<T: Serialize>(value: &T) -> Result<Self, Refusal> {
+        encode(value).map(Self)
     }
 
-    /// Bytes of the value.
-    #[must_use]
-    pub fn encoded(&self) -> &[u8] {
-        &self.0
+    /// Decodes the value.
+    ///
+    /// # Errors
+    /// A value of another type.
+    pub fn decode<T: DeserializeOwned>(&self) -> Result<T, Refusal> {
+        decode(&self.0)
     }
 }
 

@@ -160,11 +160,11 @@ mod tests {
         }
         let around = Around { before: 1, inner: whole(), after: vec![2, 3] };
         let bytes = encode(&around).unwrap();
-        let inner = Embedded::new(encode(&around.inner).unwrap());
+        let inner = Embedded::of(&around.inner).unwrap();
         let embedded = Around { before: 1, inner, after: vec![2, 3] };
         assert_eq!(encode(&embedded).unwrap(), bytes);
         assert_eq!(decode::<Around<Embedded>>(&bytes).unwrap(), embedded);
-        assert_eq!(decode::<Whole>(embedded.inner.encoded()).unwrap(), around.inner);
+        assert_eq!(embedded.inner.decode::<Whole>().unwrap(), around.inner);
         for length in 0..bytes.len() {
             assert!(decode::<Around<Embedded>>(&bytes[..length]).is_err());
         }

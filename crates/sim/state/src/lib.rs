@@ -6,14 +6,14 @@ use rapier2d_f64::prelude::PhysicsWorld;
 use serde::de::Error as _;
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use slate_module::{Embedded, Refusal, decode, encode};
+use slate_module::{Embedded, Refusal};
 
 /// Encodes the physics inside of the state of a simulation.
 ///
 /// # Errors
 /// Those of the serializer.
 pub fn serialize<S: Serializer>(physics: &PhysicsWorld, serializer: S) -> Result<S::Ok, S::Error> {
-    Embedded::new(encoded(physics).map_err(S::Error::custom)?).serialize(serializer)
+    embedded(physics).map_err(S::Error::custom)?.serialize(serializer)
 }
 
 /// Decodes the physics of a simulation.
@@ -21,15 +21,15 @@ pub fn serialize<S: Serializer>(physics: &PhysicsWorld, serializer: S) -> Result
 /// # Errors
 /// When it is no state of physics.
 pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PhysicsWorld, D::Error> {
-    decoded(Embedded::deserialize(deserializer)?.encoded()).map_err(D::Error::custom)
+    decoded(&Embedded::deserialize(deserializer)?).map_err(D::Error::custom)
 }
 
 // Without type parameters, so that they are compiled here.
 
-fn encoded(physics: &PhysicsWorld) -> Result<Vec<u8>, Refusal> {
-    encode(physics)
+fn embedded(physics: &PhysicsWorld) -> Result<Embedded, Refusal> {
+    Embedded::of(physics)
 }
 
-fn decoded(bytes: &[u8]) -> Result<PhysicsWorld, Refusal> {
-    decode(bytes)
+fn decoded(physics: &Embedded) -> Result<PhysicsWorld, Refusal> {
+    physics.decode()
 }
