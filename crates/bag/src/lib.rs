@@ -7,6 +7,10 @@
 //! - [`Writer`] writes a file with all checksums and indexes.
 //!
 //! Chunks are read uncompressed, with LZ4 and with Zstandard, and written uncompressed or with LZ4.
+//!
+//! Reader and writer are own, beside the crate `mcap`, with which the recorder writes and the tests compare: that crate
+//! repairs nothing, does not compare the indexes of a file with its records, and needs the C libraries of LZ4 and
+//! Zstandard for compressed chunks.
 
 mod compression;
 mod definitions;

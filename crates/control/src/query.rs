@@ -91,6 +91,7 @@ impl Query {
 }
 
 /// Decodes percent-encoded text.
+/// Own, as it refuses a `%` without two hexadecimal digits, which the crate `percent-encoding` keeps as text.
 pub fn decode(text: &str) -> Result<String, Problem> {
     let wrong = || {
         Problem::bad(format!("`{text}` can't be decoded"), "% is followed by two hexadecimal digits of UTF-8")

@@ -68,3 +68,12 @@ impl fmt::Display for FigureGoal {
         }
     }
 }
+
+/// Returns the value at the nearest rank of a share from 0 to 1.
+/// It sorts the values; without any it is NaN. Reports interpolate between two ranks; here a percentile is a value that
+/// was measured.
+pub(crate) fn percentile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = share * values.len().saturating_sub(1) as f64;
+    values.get(at.round() as usize).copied().unwrap_or(f64::NAN)
+}

@@ -1,3 +1,8 @@
+//! Pseudo-random numbers of modules.
+//!
+//! Own, as plugins in C share the layout of the state, and a replay needs the same bits of each method on all platforms
+//! and in all versions, which the crate `rand` does not guarantee for its distributions.
+
 use serde::{Deserialize, Serialize};
 
 /// Stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021).

@@ -1,5 +1,8 @@
 //! ZeroMQ socket REP over TCP.
 //! ZMTP 3.0 (RFC 23 of ZeroMQ) with the mechanism NULL.
+//!
+//! Own, as a monitor needs one socket type, with limits of frames, messages and times: the crate `zmq` links the C++
+//! library libzmq, and `zeromq` brings all socket types.
 
 use std::io::{Error, ErrorKind, Result};
 use std::time::Duration;

@@ -432,6 +432,8 @@ impl Client {
 }
 
 /// Percent-encodes a part of a path, including separators.
+/// All but the unreserved characters of RFC 3986 are encoded. Own, as the decoder in `query.rs` must be, and the crate
+/// `percent-encoding` would be there for these five lines alone.
 pub fn percent_encoded(text: &str) -> String {
     let percent_encoded = |byte: u8| match byte {
         byte if byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte) => char::from(byte).to_string(),

@@ -13,6 +13,7 @@ use slate_localization::LikelihoodField;
 use slate_map_file::{MapFileOptions, read_map_image};
 use slate_sim::robot::{LaserDescription, RobotDescription};
 
+use crate::figures::percentile;
 use crate::trials::each;
 use crate::{DataError, Evaluation, Figure, FigureGoal};
 use ambiguity::{Ambiguity, SPACING};
@@ -174,12 +175,6 @@ fn root_mean_square(values: &[f64]) -> f64 {
 /// Returns the largest value; NaN without values.
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().reduce(slate_module::math::max).unwrap_or(f64::NAN)
-}
-
-fn percentile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let at = share * values.len().saturating_sub(1) as f64;
-    values.get(at.round() as usize).copied().unwrap_or(f64::NAN)
 }
 
 fn join(seeds: &[u64]) -> String {

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use slate_planning::{AStar, ThetaStar};
 
+use crate::figures::percentile;
 use crate::movingai::{Benchmark, PathProblem, read_folder};
 use crate::{DataError, Evaluation, Figure, FigureGoal};
 
@@ -104,10 +105,4 @@ pub(crate) fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let start = Instant::now();
     let result = work();
     (result, 1e3 * start.elapsed().as_secs_f64())
-}
-
-fn percentile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let at = share * values.len().saturating_sub(1) as f64;
-    values.get(at.round() as usize).copied().unwrap_or(f64::NAN)
 }

@@ -172,6 +172,8 @@ fn class(is_number: bool) -> &'static str {
 }
 
 /// Encodes bytes as base64 (RFC 4648).
+/// Own, as the embedded picture is its only use: to encode takes ten lines, and the crate `base64` would be a further
+/// dependency of each program that writes reports.
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

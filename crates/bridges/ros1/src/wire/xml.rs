@@ -1,4 +1,7 @@
 //! XML-RPC: calls and answers of the master and of nodes.
+//!
+//! The crate `roxmltree` parses the XML. The encoding of values is own, as the crates for XML-RPC bring an HTTP client
+//! and a second XML parser, and limit neither nesting nor the number of elements.
 
 use std::fmt::Write;
 

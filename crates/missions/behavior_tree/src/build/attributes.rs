@@ -1,11 +1,11 @@
 //! Attributes of a node as ports and scripts.
 
 use roxmltree::Node;
+use slate_blackboard::nearest_names;
 use slate_sorted::SortedMap;
 
 use super::boards::Boards;
 use super::document::TreeDocument;
-use super::nearest::nearest_name;
 use crate::error::TreeError;
 use crate::model::{LeafModel, PortDirection, PortModel};
 use crate::ports::{BoundPort, PortBinding};
@@ -165,7 +165,7 @@ impl<'a, 'b> Attributes<'a, 'b> {
     }
 
     fn unknown_script(&self, name: &str) -> TreeError {
-        self.error(match nearest_name(name, SCRIPTS.into_iter().chain(NOTES)) {
+        self.error(match nearest_names(name, SCRIPTS.into_iter().chain(NOTES)).first() {
             Some(near) => format!("unknown attribute `{name}`: did you mean `{near}`?"),
             None => format!("unknown attribute `{name}`: those with `_` are {}", SCRIPTS.join(", ")),
         })

@@ -5,7 +5,6 @@ mod boards;
 mod document;
 mod files;
 mod loops;
-mod nearest;
 mod operations;
 
 use std::path::Path;
@@ -14,9 +13,9 @@ use attributes::{Attributes, pointer};
 use boards::{Boards, TreeBoard};
 use document::{TreeDocument, TreeSource};
 use files::{TreeText, parsed};
-use nearest::nearest_name;
 use operations::{OPERATIONS, operation};
 use roxmltree::Node;
+use slate_blackboard::nearest_names;
 
 use crate::error::TreeError;
 use crate::model::{LeafKind, LeafModels};
@@ -249,7 +248,7 @@ impl<'a> TreeBuilder<'a, '_> {
             (None, Some(model)) => model.kind,
             (None, None) => {
                 let known = OPERATIONS.into_iter().chain(document.models.names());
-                let near = nearest_name(tag, known).map(|near| format!("did you mean `{near}`? "));
+                let near = nearest_names(tag, known).first().map(|near| format!("did you mean `{near}`? "));
                 return Err(document.error(
                     element,
                     format!(
