@@ -387,7 +387,10 @@ class Module:
         if stage is None:
             return  # A base of modules, and none itself.
         if not _slate.is_stage(stage):
-            raise ValueError(f"stage of {cls.__name__}: `{stage}` is none; there are PreLoop, ..., Think, Act, PostLoop")
+            raise ValueError(
+                f"unknown stage `{stage}` of {cls.__name__}: expected PreLoop, SensorAcquire, SensorPrepare, "
+                "SensorProcess, WorldState, Think, Skill, Act, ActExec or PostLoop"
+            )
         if cls.tick is Module.tick:
             raise TypeError(f"{cls.__name__} has no `def tick(self, now)`")
         if cls.__init__ is not object.__init__:

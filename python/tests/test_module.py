@@ -533,7 +533,7 @@ slate.Fixture(One), slate.Fixture(Two)
             slate.Input("Pose3")
         with self.assertRaisesRegex(ValueError, 'expected a duration such as "200ms", found \'fast\''):
             type("Odd", (slate.Module,), {"tick": lambda self, now: None}, stage="Think", every="fast")
-        with self.assertRaisesRegex(ValueError, "stage of Odd: `Thinking` is none"):
+        with self.assertRaisesRegex(ValueError, "unknown stage `Thinking` of Odd: expected PreLoop"):
             type("Odd", (slate.Module,), {"tick": lambda self, now: None}, stage="Thinking")
         tick = {"tick": lambda self, now: None}
         for members, triggers, reason in [

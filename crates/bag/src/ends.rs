@@ -70,6 +70,9 @@ pub(super) fn header<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(He
     }
     match begins {
         true => Ok((Header::default(), start.min(source.length()))),
-        false => Err(Error::NoBag { path: source.path().into(), what: "nothing in it says so".into() }),
+        false => {
+            let what = format!("it begins with {bytes:02x?}, not {MAGIC:02x?}, and has no header");
+            Err(Error::NoBag { path: source.path().into(), what })
+        }
     }
 }

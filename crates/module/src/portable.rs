@@ -349,7 +349,7 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
             return Err(wrong(NAME_RULE));
         }
         if interface.fields[..i].iter().any(|other| other.name == field.name) {
-            return Err(wrong("there are two of that name"));
+            return Err(wrong("another field has the same name; rename one of them"));
         }
         if matches!(kind, Kind::Tail(_)) && i + 1 < interface.fields.len() {
             return Err(wrong("only the last field may be a tail"));
@@ -367,7 +367,7 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         size = size
             .checked_add(kind.size())
             .filter(|size| *size <= SIZE_LIMIT)
-            .ok_or_else(|| wrong("too large"))?;
+            .ok_or_else(|| wrong("too large: expected at most 256 MiB, or a tail"))?;
         fields.push(own);
     }
     size = size.next_multiple_of(align);

@@ -4,6 +4,10 @@ use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::str::FromStr;
 
+/// Reason why a host is refused.
+const INVALID_HOST: &str =
+    "its host is invalid; write a name, an IPv4 address, or an IPv6 address in brackets such as [::1]";
+
 /// Network address of an agent, such as `https://robot.local:7878`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
@@ -32,7 +36,10 @@ impl Address {
     pub fn resolve(&self) -> std::io::Result<Vec<SocketAddr>> {
         let found: Vec<_> = (self.host(), self.port).to_socket_addrs()?.collect();
         match found.is_empty() {
-            true => Err(std::io::Error::other("the name stands for no address")),
+            true => Err(std::io::Error::other(format!(
+                "the host `{}` has no IP address; check the name, or write the IP address",
+                self.host()
+            ))),
             false => Ok(found),
         }
     }
@@ -57,18 +64,19 @@ impl FromStr for Address {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (scheme, rest) = text.split_once("://").ok_or("it has no scheme")?;
+        let (scheme, rest) =
+            text.split_once("://").ok_or("it has no scheme; begin it with http:// or https://")?;
         let (is_secure, usual) = match scheme.to_ascii_lowercase().as_str() {
             "http" => (false, 80),
             "https" => (true, 443),
-            _ => return Err("its scheme is neither http nor https"),
+            _ => return Err("its scheme is neither http nor https; begin it with http:// or https://"),
         };
         let (authority, path) = rest.split_at(rest.find(['/', '?', '#']).unwrap_or(rest.len()));
         if path.contains("token=") {
             return Err("a secret in a command is seen by others: put it into SLATE_TOKEN");
         }
         if !matches!(path, "" | "/") {
-            return Err("nothing stands behind host and port");
+            return Err("it has a path; remove all after host and port");
         }
         let end = if authority.starts_with('[') {
             authority.find(']').map(|end| end + 1)
@@ -81,7 +89,7 @@ impl FromStr for Address {
                 port.parse().ok().filter(|port| *port > 0).ok_or("its port is no number from 1 to 65535")?
             }
             None if port.is_empty() => usual,
-            None => return Err("its host can't be understood"),
+            None => return Err(INVALID_HOST),
         };
         let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
         let is_good = match host.strip_prefix('[').and_then(|host| host.strip_suffix(']')) {
@@ -90,7 +98,7 @@ impl FromStr for Address {
         };
         match is_good {
             true => Ok(Self { is_secure, host: host.to_ascii_lowercase(), port }),
-            false => Err("its host can't be understood"),
+            false => Err(INVALID_HOST),
         }
     }
 }
@@ -125,7 +133,7 @@ mod tests {
             ("http://[robot]", "host"),
             ("http://[::1]x", "host"),
             ("http://robot\r\nX-Evil", "host"),
-            ("http://robot/api", "behind"),
+            ("http://robot/api", "path"),
             ("http://robot/#token=0123", "SLATE_TOKEN"),
         ] {
             assert!(text.parse::<Address>().unwrap_err().contains(words), "{text}");

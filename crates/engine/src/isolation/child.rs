@@ -265,7 +265,9 @@ impl Module<'_> {
             }
             _ => {}
         }
-        let Some(running) = &self.running else { return Err("it has no instance".into()) };
+        let Some(running) = &self.running else {
+            return Err(format!("its process has no instance; expected Create before {topic:?}").into());
+        };
         // SAFETY: the kind made the instance, which this thread alone uses, and it ends once: then it is forgotten.
         unsafe {
             match topic {
@@ -277,7 +279,11 @@ impl Module<'_> {
                     self.running = None;
                     ended.map(|()| Vec::new())
                 }
-                _ => Err("the host asks for what this process does not know".into()),
+                _ => Err(format!(
+                    "its process can't answer {topic:?}; expected Save, Restore, MayUnload or Destroy. \
+                     Please report this as a defect of Slate"
+                )
+                .into()),
             }
         }
     }

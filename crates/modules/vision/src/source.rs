@@ -76,7 +76,7 @@ impl fmt::Display for SourceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "`{}` names no camera: {}; expected such as `pattern:640x480@30` or `file:/data/%04d.pgm@10`",
+            "`{}` names no camera: {}, such as in `pattern:640x480@30` or `file:/data/%04d.pgm@10`",
             self.text, self.problem
         )
     }
@@ -93,11 +93,13 @@ impl FromStr for ImageSource {
 
     fn from_str(text: &str) -> Result<Self, SourceError> {
         let wrong = |problem| SourceError { text: text.into(), problem };
-        let (kind, rest) = text.split_once(':').ok_or_else(|| wrong("it has no kind before a `:`"))?;
+        let no_kind = || wrong("expected the kind `pattern` or `file` before a `:`");
+        let (kind, rest) = text.split_once(':').ok_or_else(no_kind)?;
         let (what, rate) = match rest.rsplit_once('@') {
             Some((what, rate)) => {
                 let rate = rate.parse().ok().filter(|rate| (1..=FASTEST).contains(rate));
-                (what, Rate(rate.ok_or_else(|| wrong("after `@` stands no rate from 1 to 1000"))?))
+                let no_rate = || wrong("expected a rate from 1 to 1000 images per second after `@`");
+                (what, Rate(rate.ok_or_else(no_rate)?))
             }
             None => (rest, Rate(30)),
         };
@@ -105,28 +107,29 @@ impl FromStr for ImageSource {
             "pattern" => {
                 let side = |text: &str| text.parse().ok().filter(|side| (1..=LONGEST).contains(side));
                 let size = what.split_once('x').and_then(|(w, h)| Some((side(w)?, side(h)?)));
-                let (width, height) = size.ok_or_else(|| wrong("it has no size from 1x1 to 8192x8192"))?;
+                let no_size = || wrong("expected a size from 1x1 to 8192x8192 pixels after `pattern:`");
+                let (width, height) = size.ok_or_else(no_size)?;
                 Ok(Self::Pattern { width, height, rate })
             }
             "file" => Ok(Self::Files { files: files(what).map_err(wrong)?, rate }),
-            _ => Err(wrong("expected the kind `pattern` or `file`")),
+            _ => Err(wrong("expected the kind `pattern` or `file` before `:`")),
         }
     }
 }
 
 fn files(path: &str) -> Result<Files, &'static str> {
     if path.is_empty() {
-        return Err("it has no file");
+        return Err("expected a path after `file:`");
     }
     let Some((before, rest)) = path.split_once('%') else {
         return Ok(Files { before: path.into(), digits: None, after: String::new() });
     };
-    let (digits, after) = rest.split_once('d').ok_or("after `%` stands no number of digits and `d`")?;
+    let (digits, after) = rest.split_once('d').ok_or("expected a number of digits and `d` after `%`")?;
     let digits = if digits.is_empty() { Ok(1) } else { digits.parse() };
     let digits = digits.ok().filter(|digits| (1..=18).contains(digits));
-    let digits = digits.ok_or("after `%` stands no number of digits from 1 to 18")?;
+    let digits = digits.ok_or("expected a number of digits from 1 to 18 after `%`")?;
     if after.contains('%') {
-        return Err("it has more than one `%`");
+        return Err("expected at most one `%`");
     }
     Ok(Files { before: before.into(), digits: Some(digits), after: after.into() })
 }
@@ -159,21 +162,21 @@ mod tests {
     #[test]
     fn other_texts_are_refused_with_the_reason() {
         for (text, problem) in [
-            ("", "it has no kind before a `:`"),
-            ("640x480", "it has no kind before a `:`"),
-            ("usb:0", "expected the kind `pattern` or `file`"),
-            ("pattern:640", "it has no size from 1x1 to 8192x8192"),
-            ("pattern:0x480", "it has no size from 1x1 to 8192x8192"),
-            ("pattern:9000x480", "it has no size from 1x1 to 8192x8192"),
-            ("pattern:640x480@0", "after `@` stands no rate from 1 to 1000"),
-            ("pattern:640x480@fast", "after `@` stands no rate from 1 to 1000"),
-            ("file:", "it has no file"),
-            ("file:%04.pgm", "after `%` stands no number of digits and `d`"),
-            ("file:%99d.pgm", "after `%` stands no number of digits from 1 to 18"),
-            ("file:%d-%d.pgm", "it has more than one `%`"),
+            ("", "expected the kind `pattern` or `file` before a `:`"),
+            ("640x480", "expected the kind `pattern` or `file` before a `:`"),
+            ("usb:0", "expected the kind `pattern` or `file` before `:`"),
+            ("pattern:640", "expected a size from 1x1 to 8192x8192 pixels after `pattern:`"),
+            ("pattern:0x480", "expected a size from 1x1 to 8192x8192 pixels after `pattern:`"),
+            ("pattern:9000x480", "expected a size from 1x1 to 8192x8192 pixels after `pattern:`"),
+            ("pattern:640x480@0", "expected a rate from 1 to 1000 images per second after `@`"),
+            ("pattern:640x480@fast", "expected a rate from 1 to 1000 images per second after `@`"),
+            ("file:", "expected a path after `file:`"),
+            ("file:%04.pgm", "expected a number of digits and `d` after `%`"),
+            ("file:%99d.pgm", "expected a number of digits from 1 to 18 after `%`"),
+            ("file:%d-%d.pgm", "expected at most one `%`"),
         ] {
             let error = text.parse::<ImageSource>().unwrap_err().to_string();
-            assert!(error.starts_with(&format!("`{text}` names no camera: {problem};")), "{error}");
+            assert!(error.starts_with(&format!("`{text}` names no camera: {problem},")), "{error}");
         }
     }
 

@@ -61,7 +61,7 @@ fn a_description_that_does_not_fit_is_refused_with_the_reason() {
         (r#"{"stage":"Never"}"#.to_owned(), "unknown variant `Never`"),
         (r#"{"stage":"Act","port":[]}"#.to_owned(), "unknown field `port`"),
         (ports(&[port("a", one), port("a", one)]), "two ports `a`"),
-        (ports(&[port("a", one).replace("}]", r#"},{"name":"f0","kind":"u64"}]"#)]), "two of that name"),
+        (ports(&[port("a", one).replace("}]", r#"},{"name":"f0","kind":"u64"}]"#)]), "the same name"),
         (ports(&[port("a", one).replace("f0", "f 0")]), "field `f 0` of Mine"),
         (ports(&[port("params", one)]), "`params`"),
         (ports(&[port("", one)]), "`` can't name a port"),

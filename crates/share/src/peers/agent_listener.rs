@@ -128,7 +128,7 @@ fn greet(connections: &Arc<ConnectionTable>, agent_listener: &AgentListener, lin
         (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", agent_listener.endpoint),
         (Some(agent), None) => format!("agent `{agent}`"),
         (None, origin) => {
-            format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), agent_listener.endpoint)
+            format!("{} at {}", origin.unwrap_or_else(|| "an unknown peer".into()), agent_listener.endpoint)
         }
     };
     let refuse = |reason: &str| {
@@ -138,7 +138,7 @@ fn greet(connections: &Arc<ConnectionTable>, agent_listener: &AgentListener, lin
     };
     let in_time = agent_listener.pending.remove(link);
     let length = match length {
-        _ if !in_time => return refuse("no greeting, and others connected"),
+        _ if !in_time => return refuse("too many others connected before its greeting"),
         Ok(Some(length)) => length,
         Ok(None) => return refuse(&format!("no greeting within {} s", GREETING_TIMEOUT.as_secs())),
         Err(error) if error.kind() == ErrorKind::PermissionDenied => return refuse(&error.to_string()),

@@ -45,7 +45,7 @@ fn knocked() {
     let (files, threads) = taken();
     // Some say nothing and stay, and some talk nonsense and go.
     let silent: Vec<_> = (0..200).map(|_| connect()).collect();
-    let others = || rejected(&base, "no greeting, and others connected");
+    let others = || rejected(&base, "too many others connected before its greeting");
     let late = || rejected(&base, "no greeting within 2 s");
     wait_for("room to be made", || others() + late() >= 200 - PENDING as i128);
     wait_for("no more than those that may be about to greet", || {

@@ -158,7 +158,8 @@ impl Attempt {
 }
 
 fn connect(address: &str) -> io::Result<TcpStream> {
-    let mut last = io::Error::new(io::ErrorKind::NotFound, "the name stands for no address");
+    let missing = format!("`{address}` has no IP address; check the host's name, or write its IP address");
+    let mut last = io::Error::new(io::ErrorKind::NotFound, missing);
     for address in address.to_socket_addrs()? {
         match TcpStream::connect_timeout(&address, TIMEOUT) {
             Ok(stream) => return Ok(stream),
