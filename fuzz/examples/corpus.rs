@@ -547,14 +547,14 @@ fn samples() {
 
 /// Writes the output of simulated devices in their first 0.5 s.
 fn devices() {
-    said(0, "hokuyo", drivers::hokuyo(), SimulatedHokuyo::default());
-    said(1, "rplidar", drivers::rplidar(), SimulatedRplidar::default());
-    said(2, "gps", drivers::gps(), SimulatedGps::default());
-    said(3, "imu", drivers::imu(), SimulatedImu::default());
-    said(4, "joystick", JoystickSession::new(0.05), SimulatedJoystick::default());
+    capture(0, "hokuyo", drivers::hokuyo(), SimulatedHokuyo::default());
+    capture(1, "rplidar", drivers::rplidar(), SimulatedRplidar::default());
+    capture(2, "gps", drivers::gps(), SimulatedGps::default());
+    capture(3, "imu", drivers::imu(), SimulatedImu::default());
+    capture(4, "joystick", JoystickSession::new(0.05), SimulatedJoystick::default());
 }
 
-fn said(number: u8, name: &str, mut conversation: impl DeviceProtocol, mut device: impl DeviceFirmware) {
+fn capture(number: u8, name: &str, mut conversation: impl DeviceProtocol, mut device: impl DeviceFirmware) {
     let (mut outgoing, mut script) = (Vec::new(), vec![number, 99]);
     device.open();
     conversation.begin(Duration::ZERO, &mut outgoing);

@@ -326,7 +326,7 @@ impl Stepped {
         }
         let recording = recording.map(|file| {
             let recorder = Recorder::new(configuration.record());
-            recorder.accompany(slate_run::scene::files(&configuration));
+            recorder.attach_files(slate_run::scene::files(&configuration));
             SimulationRecording { recorder, file, has_begun: false }
         });
         let recorder = recording.as_ref().map(|recording| &recording.recorder);

@@ -1,4 +1,4 @@
-//! What any tool may do with values whose type it learns from a descriptor.
+//! Use of values by tools that learn the type from a descriptor.
 #![cfg(not(any(loom, feature = "shuttle")))]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 

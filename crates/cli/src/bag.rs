@@ -388,7 +388,7 @@ fn verify(file: &Path) -> Result<bool, Failure> {
             Ok(false)
         }
         Err(Error::NoBag { path, what }) => {
-            let what = match logs::recognise(file)? {
+            let what = match logs::recognize(file)? {
                 Some(format) if format != logs::Format::Mcap => {
                     format!("it is a log of format {format}, which has no checksums")
                 }

@@ -28,13 +28,13 @@ pub struct AgentOption {
 
 impl AgentOption {
     /// Returns the given name or address, if any.
-    pub fn said(&self) -> Option<String> {
+    pub fn name_or_address(&self) -> Option<String> {
         self.agent.clone().or_else(default_agent)
     }
 
     /// Returns the given address, if it is no name.
     fn address(&self) -> Option<String> {
-        self.said().filter(|said| said.contains("://"))
+        self.name_or_address().filter(|given| given.contains("://"))
     }
 
     /// Returns the agent over HTTP, if it is reached in no other way.
@@ -101,7 +101,7 @@ impl AgentOption {
         if let Some(access) = self.elsewhere()? {
             return Ok(Client::at(&access)?);
         }
-        if let Some(name) = self.said() {
+        if let Some(name) = self.name_or_address() {
             return Ok(Client::connect(&name)?);
         }
         let running = agents();
@@ -123,7 +123,7 @@ impl AgentOption {
     /// Connects to the only agent of several with a property at a path.
     fn owner(&self, path: &str) -> Option<Client> {
         let running = agents();
-        if self.said().is_some() || running.len() < 2 || path.contains("://") {
+        if self.name_or_address().is_some() || running.len() < 2 || path.contains("://") {
             return None;
         }
         let path = path.to_owned();
@@ -144,7 +144,7 @@ impl AgentOption {
 
     /// Connects to an agent that knows the one that a URL names.
     pub fn connect_beside(&self, url: &str) -> Result<Client, Failure> {
-        let (None, Some(name)) = (self.said(), named(url)) else { return self.connect() };
+        let (None, Some(name)) = (self.name_or_address(), named(url)) else { return self.connect() };
         let running = agents();
         if running.len() < 2 {
             return self.connect();
@@ -173,7 +173,7 @@ impl AgentOption {
 
     /// Returns the agent that a URL names, if it is local and none else is selected.
     fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
-        named(url).filter(|name| self.said().is_none() && agents().iter().any(|own| own == name))
+        named(url).filter(|name| self.name_or_address().is_none() && agents().iter().any(|own| own == name))
     }
 }
 

@@ -124,7 +124,7 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
         empty if empty.trim().is_empty() => "by a person at the terminal".into(),
         reason => reason,
     };
-    let targets: Vec<StopTarget> = match (options.agent.elsewhere()?, options.agent.said()) {
+    let targets: Vec<StopTarget> = match (options.agent.elsewhere()?, options.agent.name_or_address()) {
         (Some(access), _) => vec![StopTarget::remote(access)],
         (None, Some(name)) => vec![StopTarget::local(name)],
         (None, None) => agents().into_iter().map(StopTarget::local).collect(),

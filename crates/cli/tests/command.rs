@@ -1,4 +1,4 @@
-//! What the command promises: exit codes, files, the same bytes again, and errors that say what to do.
+//! Guarantees of the command: exit codes, files, the same bytes again, and errors that say what to do.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;

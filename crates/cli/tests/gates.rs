@@ -1,4 +1,4 @@
-//! What a person, a tool or a configuration can't do past the gate, Execute and Knowledge of a robot.
+//! Limits of a person, a tool or a configuration: none bypasses the gate, Execute and Knowledge of a robot.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;

@@ -1,4 +1,4 @@
-//! What a person does to a robot from a terminal: goals, keys, and requests over HTTP.
+//! Operation of a robot from a terminal: goals, keys, and requests over HTTP.
 #![cfg(feature = "console")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::disallowed_methods, reason = "a test that fails panics")]
 

@@ -1,4 +1,5 @@
-//! What can't be run is refused with exit code 2: the message has the place and the mend, and nothing is left behind.
+//! A configuration that can't be run is refused with exit code 2: the message has the place and the mend, and
+//! nothing is left behind.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;

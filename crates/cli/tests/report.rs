@@ -1,4 +1,4 @@
-//! What a run leaves behind, what it prints last, how fast it goes, and what a batch counts.
+//! Files of a run, its last output, its rate, and the counts of a batch.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

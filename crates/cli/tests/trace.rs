@@ -1,4 +1,4 @@
-//! What modules do when, recorded from an agent that runs.
+//! Activity of modules over time, recorded from an agent that runs.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,

@@ -52,11 +52,11 @@ impl Reader {
 
     fn types(&mut self, block: &str) -> String {
         let output = self.shell(block).output().unwrap();
-        assert!(output.status.success(), "{block}\n{}", said(&output));
+        assert!(output.status.success(), "{block}\n{}", printed_text(&output));
         if let Some(name) = block.lines().find_map(|line| line.strip_prefix("cd ")) {
             self.folder.push(name);
         }
-        said(&output)
+        printed_text(&output)
     }
 
     /// A run that continues while the reader types into the other terminal.
@@ -89,7 +89,7 @@ impl Drop for Reader {
     }
 }
 
-fn said(output: &Output) -> String {
+fn printed_text(output: &Output) -> String {
     text(&output.stdout) + &text(&output.stderr)
 }
 

@@ -68,7 +68,7 @@ const INSPECTED_BYTES: u64 = 256 << 10;
 ///
 /// # Errors
 /// When it can't be read.
-pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
+pub fn recognize(path: &Path) -> Result<Option<Format>, Error> {
     let failed = |source| Error::Read { path: path.into(), source };
     if path.is_dir() {
         return Ok(path.join(rosbag2::DESCRIPTION).is_file().then_some(Format::Rosbag2));

@@ -1,7 +1,7 @@
 //! Recordings of any origin.
 //! Logs of other systems are read as recordings, and tools copy, merge and compare both.
 //!
-//! - [`recognise`] determines the format of a file from its content;
+//! - [`recognize`] determines the format of a file from its content;
 //! - [`import`] converts it to an MCAP file, with the interfaces of Slate where they exist, so that every command that knows
 //!   recordings works on it;
 //! - [`open`] reads it at once, without a file that stays;
@@ -35,7 +35,7 @@ mod words;
 pub use carmen::{CarmenLog, export_carmen};
 pub use copy::{copy, merge};
 pub use diff::{Compared, Counts, Diff, Difference, diff, diff_of};
-pub use format::{Format, recognise};
+pub use format::{Format, recognize};
 pub use merge::Part;
 pub use rosbag2::{RosExport, RosLog, export_ros};
 pub use table::{Table, export_csv};
@@ -135,7 +135,7 @@ impl Imported {
 pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Error> {
     let format = match options.format {
         Some(format) => format,
-        None => recognise(path)?.ok_or_else(|| unknown(path))?,
+        None => recognize(path)?.ok_or_else(|| unknown(path))?,
     };
     whole::write(out, |file| {
         let imported = read(format, path, file, out, options)?;
@@ -151,7 +151,7 @@ pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Er
 /// As [`import`].
 pub fn open(path: impl AsRef<Path>) -> Result<Reader<BufReader<File>>, Error> {
     let path = path.as_ref();
-    match recognise(path)? {
+    match recognize(path)? {
         // The reader of recordings names an unknown format.
         None | Some(Format::Mcap) => Reader::open(path),
         Some(format) => {

@@ -1,4 +1,4 @@
-//! What Execute does with the actions that it is sent.
+//! Execution of the actions that Execute receives.
 #![allow(clippy::panic, reason = "a test")]
 
 use crate::common;

@@ -1,6 +1,6 @@
 //! Mathematics with the same bits on every machine and in every build.
 //!
-//! The standard library's functions differ between platforms and optimisation levels; these are libm's, and
+//! The standard library's functions differ between platforms and optimization levels; these are libm's, and
 //! `min`, `max` treat signed zero and NaN in one defined way.
 
 use std::f64::consts::PI;

@@ -81,7 +81,8 @@ pub struct Batch {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collisions {
     /// Total distance, km.
-    pub kilometres: f64,
+    #[serde(rename = "kilometres")]
+    pub kilometers: f64,
     /// Contacts of the robot with anything.
     pub collisions: u64,
     /// Contacts where the robot was the one moving in.
@@ -106,10 +107,10 @@ pub struct RobotStatistics {
 impl Collisions {
     fn of(lengths: impl Iterator<Item = f64>, collisions: u64, collisions_caused: u64) -> Self {
         // The sum of nothing is -0.0.
-        let kilometres = sum(lengths) / 1000.0 + 0.0;
-        let per_km = |count: f64| (kilometres > 0.0).then(|| count / kilometres);
+        let kilometers = sum(lengths) / 1000.0 + 0.0;
+        let per_km = |count: f64| (kilometers > 0.0).then(|| count / kilometers);
         Self {
-            kilometres,
+            kilometers,
             collisions,
             collisions_caused,
             collisions_caused_per_km: per_km(collisions_caused as f64),

@@ -59,7 +59,7 @@ fn missions_without_a_shortest_way_have_no_spl() {
         ..summary(1)
     };
     let batch = Batch::of(&[run(None), run(None)]);
-    assert_eq!((batch.spl, batch.collisions.kilometres.to_string()), (None, "0".to_owned()));
+    assert_eq!((batch.spl, batch.collisions.kilometers.to_string()), (None, "0".to_owned()));
     assert!(!batch.to_string().contains("SPL") && !batch.to_string().contains("way of all runs"), "{batch}");
     assert!(Batch::of(&[run(None), run(Some(2.0))]).to_string().contains("SPL"));
 }
@@ -74,7 +74,7 @@ fn collisions_are_counted_per_kilometer_of_way() {
     };
     let collisions = Batch::of(&[run(3, 1, 300.0), run(1, 0, 200.0)]).collisions;
     assert_eq!((collisions.collisions, collisions.collisions_caused), (4, 1));
-    assert_eq!((collisions.kilometres, collisions.collisions_caused_per_km), (0.5, Some(2.0)));
+    assert_eq!((collisions.kilometers, collisions.collisions_caused_per_km), (0.5, Some(2.0)));
     let standing = Batch::of(&[run(1, 0, 0.0)]).collisions;
     assert_eq!((standing.collisions_caused_per_km, standing.collisions_caused_per_km_bound), (None, None));
 }
@@ -118,7 +118,7 @@ fn other_figures_are_spread_by_name_and_robot() {
     let batch = Batch::of(&[run(1, 0.5, None), run(2, 1.0, Some(12.0)), summary(3)]);
     assert_eq!(batch.figures["gap_in_band"].median, 0.75);
     let other = &batch.robots["r3"];
-    assert_eq!((other.collisions.kilometres, other.collisions.collisions_caused_per_km), (1.0, Some(2.0)));
+    assert_eq!((other.collisions.kilometers, other.collisions.collisions_caused_per_km), (1.0, Some(2.0)));
     assert_eq!((other.figures["time_to_goal"].minimum, other.figures["time_to_goal"].maximum), (12.0, 12.0));
     assert_eq!(batch.collisions.collisions_caused, 0, "those of the first robot alone");
     let text = batch.to_string();

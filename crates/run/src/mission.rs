@@ -152,7 +152,7 @@ impl MissionRun {
     /// Recordings without a file of their own go into that folder.
     pub fn record(&self, folder: &Path) {
         if let Some(recorder) = &self.recorder {
-            recorder.accompany(scene::files(&self.application.configuration));
+            recorder.attach_files(scene::files(&self.application.configuration));
             recorder.attach(&self.agent, folder);
         }
     }

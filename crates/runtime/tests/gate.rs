@@ -1,4 +1,4 @@
-//! What an actuator gets.
+//! Commands that an actuator receives.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

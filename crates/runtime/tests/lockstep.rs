@@ -1,4 +1,4 @@
-//! What lockstep promises: order by links, the same bytes again, and faults that stay where they are.
+//! Guarantees of lockstep: order by links, the same bytes again, and faults that stay where they are.
 
 use crate::common;
 

@@ -1,4 +1,4 @@
-//! What modules remember from run to run.
+//! State of modules that is kept from run to run.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod common;

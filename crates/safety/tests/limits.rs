@@ -1,4 +1,4 @@
-//! What a command's values are held to.
+//! Limits of a command's values.
 #![allow(clippy::unwrap_used, reason = "what these functions set up exists")]
 
 use crate::common;

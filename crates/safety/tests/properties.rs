@@ -1,4 +1,4 @@
-//! What holds whatever is done to a gate.
+//! Properties of a gate under all operations.
 
 use crate::common;
 

@@ -82,7 +82,7 @@ fn measure(endpoint: &str) {
 struct Reader {
     process: Process,
     seen: Latest,
-    heard: Instant,
+    last_received: Instant,
 }
 
 impl Reader {
@@ -97,7 +97,7 @@ impl Reader {
             )
             .unwrap();
         let (mirror, _) = hub.board.find(&format!("agents/{name}/out/seen")).unwrap();
-        Self { process, seen: mirror.channel().unwrap().latest().unwrap(), heard: Instant::now() }
+        Self { process, seen: mirror.channel().unwrap().latest().unwrap(), last_received: Instant::now() }
     }
 }
 
@@ -115,7 +115,7 @@ impl Phase {
         let notifier = hub.peers.notifier();
         let begin = Instant::now();
         for reader in readers.iter_mut() {
-            reader.heard = begin;
+            reader.last_received = begin;
         }
         let mut due = begin;
         let mut bytes = value;
@@ -128,9 +128,9 @@ impl Phase {
             self.writes.push(start.elapsed().as_nanos() as u64);
             for reader in &mut readers[..2] {
                 // Also of those that are not heard of again.
-                self.gap = self.gap.max(reader.heard.elapsed());
+                self.gap = self.gap.max(reader.last_received.elapsed());
                 if reader.seen.refresh() {
-                    reader.heard = Instant::now();
+                    reader.last_received = Instant::now();
                 }
             }
             due += PERIOD;

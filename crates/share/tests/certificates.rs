@@ -1,4 +1,4 @@
-//! What certificates prove, and what is refused.
+//! Certificates: identities that they prove, and refusals.
 #![cfg(feature = "tls")]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]

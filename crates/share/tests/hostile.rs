@@ -1,4 +1,4 @@
-//! Whatever bytes come, an agent continues, its memory stays bounded, and afterwards all is as it should be.
+//! Hostile bytes: an agent continues, its memory stays bounded, and afterwards all is as it should be.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(unsafe_code, reason = "memory is counted where it is allocated")]
 

@@ -1,4 +1,4 @@
-//! What a team comes to know.
+//! Knowledge of a team.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;

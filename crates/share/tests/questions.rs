@@ -195,12 +195,12 @@ fn single_query_does_not_dial_forever() {
     let folder = Folder::new();
     let base = Agent::listening("base", &folder);
     let arm = Agent::start(folder.setup("arm"));
-    arm.peers.visit("base", &folder.endpoint("base")).unwrap();
+    arm.peers.dial_for_query("base", &folder.endpoint("base")).unwrap();
     wait_for("the connection", || arm.peers.is_connected("base"));
     arm.peers.list("base", "**", false, Duration::from_secs(5)).unwrap();
     wait_for("it to be gone", || arm.peers.agents().is_empty() && base.peers.agents().is_empty());
     // One that is not there is not looked for for long, either.
-    arm.peers.visit("leg", &folder.endpoint("leg")).unwrap();
+    arm.peers.dial_for_query("leg", &folder.endpoint("leg")).unwrap();
     assert_eq!(arm.peers.agents(), ["leg"]);
     wait_for("it to be forgotten", || arm.peers.agents().is_empty());
 }

@@ -1,4 +1,4 @@
-//! What agents may do, when it is said.
+//! Rights of agents, where they are configured.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;

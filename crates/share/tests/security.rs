@@ -1,4 +1,4 @@
-//! What `[share.security]` refuses when an agent starts, with the place where it is written.
+//! Refusals of `[share.security]` when an agent starts, with the place where it is written.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;

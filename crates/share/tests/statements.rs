@@ -1,4 +1,4 @@
-//! What a block states, as its agent shows it.
+//! Statements of a block, as its agent shows them.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test")]
 
 use slate_mapek::{FactTable, Statements};

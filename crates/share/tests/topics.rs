@@ -76,27 +76,27 @@ impl Robot {
 /// An agent that tells the robot what a robot would not.
 struct Odd {
     agent: agents::Agent,
-    heard: Arc<Mutex<Vec<Vec<u8>>>>,
+    received: Arc<Mutex<Vec<Vec<u8>>>>,
 }
 
 impl Odd {
     fn start(folder: &Folder) -> Self {
-        let heard = Arc::new(Mutex::new(Vec::new()));
+        let received = Arc::new(Mutex::new(Vec::new()));
         let notice: Notice = {
-            let heard = Arc::clone(&heard);
+            let received = Arc::clone(&received);
             Arc::new(move |_, happening| {
                 if let PeerEvent::Knowledge { bytes } = happening {
-                    heard.lock().unwrap().push(bytes.clone());
+                    received.lock().unwrap().push(bytes.clone());
                 }
             })
         };
         let agent = agents::Agent::start(Setup { notice: Some(notice), ..folder.setup("odd") });
         agent.peers.connect("one", &folder.endpoint("one")).unwrap();
-        Self { agent, heard }
+        Self { agent, received }
     }
 
-    fn heard(&self) -> Vec<Vec<u8>> {
-        std::mem::take(&mut *self.heard.lock().unwrap())
+    fn take_received(&self) -> Vec<Vec<u8>> {
+        std::mem::take(&mut *self.received.lock().unwrap())
     }
 
     fn send(&self, message: &[u8]) {
@@ -105,7 +105,7 @@ impl Odd {
 
     fn speak(&self, member: &mut Member) {
         member.tick();
-        self.heard().iter().for_each(|bytes| member.receive("one", bytes).unwrap());
+        self.take_received().iter().for_each(|bytes| member.receive("one", bytes).unwrap());
         while let Some((_, message)) = member.outgoing() {
             self.send(&message);
         }
@@ -157,7 +157,7 @@ fn undisplayable_value_is_logged_once() {
     for round in 1.. {
         state(&mut replica, 0, round);
         replica.tick();
-        odd.heard().iter().for_each(|bytes| replica.receive(one, bytes).unwrap());
+        odd.take_received().iter().for_each(|bytes| replica.receive(one, bytes).unwrap());
         while let Some(message) = replica.outgoing() {
             odd.send(&message.bytes);
         }

@@ -1,4 +1,4 @@
-//! What bumpers feel.
+//! Contacts of bumpers.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 

@@ -1,4 +1,4 @@
-//! What the simulator promises.
+//! Guarantees of the simulator.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 

@@ -1,4 +1,4 @@
-//! What is near is found as if everything had been looked at.
+//! Search of neighbors: the same result as an exhaustive search.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 

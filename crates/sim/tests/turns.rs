@@ -17,8 +17,8 @@ fn pioneer(rate: Option<f64>) -> Placement {
     Placement { name: "r".into(), description, sonar: "real".into(), pose, script: None }
 }
 
-/// How often each sonar's echo changed in 10 s that are looked at so often.
-fn heard(rate: Option<f64>, period: usize) -> Vec<(usize, usize)> {
+/// Changes of each sonar's echo in 10 s, sampled each `period` steps: how many, and with how many others at most.
+fn echo_changes(rate: Option<f64>, period: usize) -> Vec<(usize, usize)> {
     let world = World::load("rocs_arena").unwrap();
     let mut simulation = Simulation::new(&world, &[pioneer(rate)], 1, 10_000_000).unwrap();
     let echoes = |simulation: &Simulation| simulation.sonar(0).unwrap().0.to_vec();
@@ -41,7 +41,7 @@ fn heard(rate: Option<f64>, period: usize) -> Vec<(usize, usize)> {
 #[test]
 fn sonars_fire_in_turns_at_their_rate() {
     for period in [2, 10] {
-        for (count, together) in heard(Some(3.0), period) {
+        for (count, together) in echo_changes(Some(3.0), period) {
             // 30 in 10 s; the turns at both ends may fall outside.
             assert!((29..=31).contains(&count), "{count}");
             // 48 echoes a second: at 10 Hz about 5 at once, and at 50 Hz about 1.
@@ -53,7 +53,7 @@ fn sonars_fire_in_turns_at_their_rate() {
 #[test]
 fn without_a_rate_or_with_a_high_one_all_sound_at_every_sweep() {
     for rate in [None, Some(10.0), Some(1000.0)] {
-        assert!(heard(rate, 10).iter().all(|(count, _)| *count == 100), "{rate:?}");
+        assert!(echo_changes(rate, 10).iter().all(|(count, _)| *count == 100), "{rate:?}");
     }
 }
 

@@ -148,7 +148,7 @@ impl ServerCertVerifier for ServerVerifier {
     signatures!();
 }
 
-/// Verifier of dialling agents with certificates of dedicated authorities.
+/// Verifier of dialing agents with certificates of dedicated authorities.
 #[derive(Debug)]
 pub struct ClientVerifier {
     verifier: Arc<dyn ClientCertVerifier>,

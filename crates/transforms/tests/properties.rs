@@ -1,4 +1,4 @@
-//! What holds for every tree: composition, inverse, interpolation, and that it is a tree.
+//! Properties of every tree: composition, inverse, interpolation, and that it is a tree.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::collections::BTreeMap;

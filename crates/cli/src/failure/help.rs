@@ -4,7 +4,7 @@ use miette::Diagnostic;
 use slate::bag::Error as BagError;
 use slate::blackboard::nearest_names;
 use slate::control::ClientError;
-use slate::logs::{Format, recognise};
+use slate::logs::{Format, recognize};
 use slate::runtime::configuration::ErrorCode;
 use slate::runtime::printable;
 
@@ -244,7 +244,7 @@ fn bag(error: &BagError) -> Option<String> {
         }
         // Logs of other systems are not repaired.
         BagError::Damaged { path, .. }
-            if !matches!(recognise(path), Ok(None | Some(Format::Mcap)) | Err(_)) =>
+            if !matches!(recognize(path), Ok(None | Some(Format::Mcap)) | Err(_)) =>
         {
             lenient(path)
         }

@@ -127,8 +127,10 @@ fn write(source: &str, out: Option<&Path>, replaces: bool) -> Result<u8, Failure
 }
 
 fn source(options: &NewInterface, fields: &[(&str, &str, &str, &str)]) -> String {
-    let doc =
-        if options.doc.is_empty() { format!("What it is: {}.", options.name) } else { options.doc.clone() };
+    let doc = match options.doc.is_empty() {
+        true => format!("Values of the interface {}.", options.name),
+        false => options.doc.clone(),
+    };
     let mut text = "use slate_plugin::prelude::*;\n".to_owned();
     let _ = write!(
         text,

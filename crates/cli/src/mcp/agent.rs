@@ -49,7 +49,7 @@ pub struct AgentAccess {
 impl AgentAccess {
     /// Creates the access to a running agent.
     pub fn new(option: &AgentOption, role: Role) -> Result<Self, Failure> {
-        let mut option = AgentOption { agent: option.said() };
+        let mut option = AgentOption { agent: option.name_or_address() };
         let (client, role) = set_identity(option.connect()?, role)?;
         let name = client.name().to_owned();
         // The same agent, also when another one is started beside it.

@@ -1,4 +1,4 @@
-//! What a configuration that is not run is drawn as, and what of it is there.
+//! Graph of a configuration that does not run, and its parts.
 
 use serde_json::Value;
 

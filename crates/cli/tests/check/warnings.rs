@@ -1,4 +1,4 @@
-//! What is warned of, and fails a strict check alone.
+//! Warnings, which fail only a strict check.
 
 use super::common::{Running, library};
 use super::{EXP1, findings};

@@ -1,4 +1,4 @@
-//! What moves a robot.
+//! Commands that move a robot.
 
 use super::scene::{allowed, catalogue, check, refused};
 

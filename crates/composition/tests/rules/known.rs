@@ -1,4 +1,4 @@
-//! What Knowledge alone fills.
+//! Properties that only Knowledge fills.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
 use slate_composition::{Catalogue, LinkedConfiguration};

@@ -1,4 +1,4 @@
-//! What a configuration promises: a whole model or a report that shows what to do.
+//! Guarantees of a configuration: a whole model or a report that shows what to do.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 mod agents;

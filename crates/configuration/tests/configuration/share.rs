@@ -1,4 +1,4 @@
-//! What is shared of a robot's knowledge.
+//! Shared knowledge of a robot.
 
 use super::*;
 

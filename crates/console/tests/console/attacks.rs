@@ -1,4 +1,4 @@
-//! What attackers try with each operation that changes something, and what must come of it: nothing.
+//! Attacks with each operation that changes something; none may have an effect.
 
 use std::collections::BTreeSet;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! What the agent of the tests is made of.
+//! Modules of the tests' agent.
 
 use slate_interfaces::{
     Echo, Image, ImageFormat, Odometry, Path, Point2, Pose2, Position, Quaternion, Transform, Twist2,

@@ -1,4 +1,4 @@
-//! What can be read, and in which form.
+//! Readable properties, and their forms.
 
 use std::io::{BufRead, BufReader, Write};
 

@@ -1,4 +1,4 @@
-//! What others reach is encrypted, and requires secrets of the owner's choice.
+//! Addresses that others reach are encrypted, and require secrets of the owner's choice.
 
 use std::io::{BufReader, Write};
 use std::net::TcpStream;

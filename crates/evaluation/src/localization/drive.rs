@@ -83,8 +83,8 @@ impl<'a> RouteDrive<'a> {
         }
     }
 
-    /// Carries the robot to a random pose, which the odometry doesn't notice.
-    pub fn carry_away(&mut self) {
+    /// Moves the robot to a random pose without odometry (kidnapped robot).
+    pub fn kidnap(&mut self) {
         self.truth = self.building.random_pose(&mut self.routes);
         self.route.clear();
     }

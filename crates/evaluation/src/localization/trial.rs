@@ -174,7 +174,7 @@ pub fn poses(setting: TrialSetting<'_>, search: SearchKind, seed: u64, spacing: 
     let mut drive = RouteDrive::new(setting.building, setting.laser, search.name(), seed);
     if search == SearchKind::Kidnapped {
         advance(&mut drive, BEFORE_KIDNAPPING, |_| {});
-        drive.carry_away();
+        drive.kidnap();
     }
     let begin = drive.driven;
     let mut poses = vec![drive.truth];
@@ -198,6 +198,6 @@ fn kidnap(setting: TrialSetting<'_>, seed: u64) -> Option<PoseSearch> {
     let mut trial = Trial::new(setting, SearchKind::Kidnapped.name(), seed)?;
     trial.start_known();
     trial.drive(BEFORE_KIDNAPPING, |_, _| {});
-    trial.drive.carry_away();
+    trial.drive.kidnap();
     Some(trial.search())
 }

@@ -140,7 +140,7 @@ fn exported(path: &Path) -> String {
 }
 
 /// The lines of a log, without comments and without the time at which they were logged.
-fn said(log: &str) -> Vec<Vec<&str>> {
+fn log_fields(log: &str) -> Vec<Vec<&str>> {
     let lines = log.lines().filter(|line| !line.starts_with('#'));
     lines.map(|line| line.rsplit_once(' ').unwrap().0.split(' ').collect()).collect()
 }
@@ -159,7 +159,7 @@ fn carmen_log_round_trips() {
             line.replace("LASER3 2 0.5 0.75", "RAWLASER3 2 0.5 0.75").replace(" -2.0 4.0 2.0 ", " -2 4 2 ");
     }
     let expected = expected.join("\n");
-    let (expected, found) = (said(&expected), said(&again));
+    let (expected, found) = (log_fields(&expected), log_fields(&again));
     for (expected, found) in expected.iter().zip(&found) {
         // Its line says more now.
         if expected[0] != "RAWLASER3" {
@@ -214,7 +214,7 @@ proptest! {
         }
         prop_assert_eq!(messages[4].0, time * 1000);
         let again = exported(&path);
-        prop_assert_eq!(said(&again), said(&log));
+        prop_assert_eq!(log_fields(&again), log_fields(&log));
     }
 
     #[test]

@@ -70,7 +70,7 @@ fn a_log_is_known_by_its_content_whatever_it_is_called() {
     ];
     for (i, (bytes, format)) in cases.into_iter().enumerate() {
         let path = write(&folder, &format!("{i}.jpeg"), bytes);
-        assert_eq!(logs::recognise(&path).unwrap(), format, "{}", String::from_utf8_lossy(bytes));
+        assert_eq!(logs::recognize(&path).unwrap(), format, "{}", String::from_utf8_lossy(bytes));
     }
     let path = write(&folder, "letter", b"Dear reader,\n");
     let error = logs::import(&path, &folder.join("x.mcap"), &STRICT).unwrap_err().to_string();

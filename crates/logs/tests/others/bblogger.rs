@@ -26,7 +26,7 @@ fn written() -> &'static PathBuf {
 fn values_of_either_byte_order_are_read() {
     for order in ["little", "big"] {
         let path = written().join(format!("motor-{order}.log"));
-        assert_eq!(logs::recognise(&path).unwrap(), Some(Format::Bblogger));
+        assert_eq!(logs::recognize(&path).unwrap(), Some(Format::Bblogger));
         let said = lines(&messages(&path)).join("\n");
         for words in [
             "1300000000.750000000 /MotorInterface/Robotino { timestamp_sec = 1300000000, timestamp_usec = 7, motor_state = 0",

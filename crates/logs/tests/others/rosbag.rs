@@ -78,7 +78,7 @@ fn compare(bag: &str) {
 #[test]
 fn messages_of_all_types_of_ros_1_are_read_as_others_wrote_them() {
     for bag in ["none.bag", "bz2.bag", "lz4.bag"] {
-        assert_eq!(logs::recognise(&written().0.join(bag)).unwrap(), Some(Format::Rosbag1), "{bag}");
+        assert_eq!(logs::recognize(&written().0.join(bag)).unwrap(), Some(Format::Rosbag1), "{bag}");
         compare(bag);
     }
 }
@@ -87,7 +87,7 @@ fn messages_of_all_types_of_ros_1_are_read_as_others_wrote_them() {
 fn a_folder_of_ros_2_is_one_recording_and_others_are_refused() {
     compare("bag2");
     let (folder, _) = written();
-    assert_eq!(logs::recognise(&folder.join("bag2")).unwrap(), Some(Format::Rosbag2));
+    assert_eq!(logs::recognize(&folder.join("bag2")).unwrap(), Some(Format::Rosbag2));
     let error = logs::open(folder.join("sqlite")).err().unwrap().to_string();
     assert!(
         error.contains("metadata.yaml`: its messages are kept as `sqlite3`")

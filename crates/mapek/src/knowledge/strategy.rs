@@ -24,7 +24,7 @@ pub struct StoredPlan {
 impl StoredPlan {
     /// Returns the expected success rate by Laplace's rule of succession.
     /// It is one half without trials.
-    pub fn promise(&self) -> f64 {
+    pub fn expected_success_rate(&self) -> f64 {
         (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
     }
 
@@ -79,7 +79,7 @@ impl StrategyModel {
         true
     }
 
-    /// Returns the most promising plan of the role in the library.
+    /// Returns the plan of the role with the highest expected success rate.
     /// Of equal ones it is the first. Plans of other libraries are kept, but not chosen.
     pub fn best(&self, library: &PlanLibrary) -> Option<&StoredPlan> {
         let present = library.plans.iter().filter(|plan| plan.role.as_str() == self.role);
@@ -87,7 +87,10 @@ impl StrategyModel {
             let is_same = |plan: &&StoredPlan| plan.name == present.name.as_str() && plan.role == self.role;
             self.plans.iter().find(is_same)
         });
-        plans.reduce(|best, plan| if plan.promise() > best.promise() { plan } else { best })
+        let is_better = |plan: &StoredPlan, best: &StoredPlan| {
+            plan.expected_success_rate() > best.expected_success_rate()
+        };
+        plans.reduce(|best, plan| if is_better(plan, best) { plan } else { best })
     }
 
     /// Records an outcome of a plan of the role; returns false if the plan is unknown.

@@ -1,4 +1,4 @@
-//! What scripts have of Lua.
+//! Parts of Lua that scripts have.
 
 use crate::common::{Robot, engine, printed, refusal, skill};
 

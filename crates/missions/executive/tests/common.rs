@@ -1,4 +1,4 @@
-//! What the tests of all Plans do: they are Execute, and look at what the Plan sends.
+//! Helpers of the tests of all Plans: they act as Execute, and inspect the Plan's requests.
 
 use slate_plugin::mapek::{Ended, Ending, ExecuteStatus, Plan, PlanBlock, PlanStep, Planned, Route};
 use slate_plugin::module::Sequence;

@@ -1,4 +1,4 @@
-//! What skills in Lua publish of themselves, and what a developer orders.
+//! Publications of skills in Lua, and orders of a developer.
 
 use slate_executive::behavior_plan::{BehaviorPlan, BehaviorPlanParams, SkillMissionStatus};
 use slate_executive::conditions::ConditionValues;

@@ -1,4 +1,4 @@
-//! What monitors see of a Plan that follows a tree.
+//! Views of monitors on a Plan that follows a tree.
 
 use std::path::Path;
 

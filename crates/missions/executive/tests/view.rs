@@ -1,4 +1,4 @@
-//! What missions publish of themselves, and what a developer orders.
+//! Publications of missions, and orders of a developer.
 
 use std::path::PathBuf;
 

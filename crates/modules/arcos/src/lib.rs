@@ -14,7 +14,7 @@
 //! motors = { kind = "pioneer_wheels" }
 //! ```
 //!
-//! What the robot says is public: MobileRobots, Pioneer 3 Operations Manual, chapter 6 (ARCOS). Its parts are of use
+//! The robot's protocol is public: MobileRobots, Pioneer 3 Operations Manual, chapter 6 (ARCOS). Its parts are of use
 //! without a module, too: [`packet`] finds packets in bytes, [`command`] and [`report`] are what they say, and
 //! [`session`] is the conversation, without a device and without a clock.
 

@@ -17,7 +17,7 @@ pub struct Ring {
     range: f64,
     echoes: [Echo; 16],
     /// Time of each sonar's newest reading, seconds; `None` before the first.
-    heard: [Option<f64>; 16],
+    reading_times: [Option<f64>; 16],
     count: usize,
 }
 
@@ -37,7 +37,7 @@ impl Ring {
             },
             range: model.range,
             echoes: [Echo::default(); 16],
-            heard: [None; 16],
+            reading_times: [None; 16],
             count,
         }
     }
@@ -56,7 +56,7 @@ impl Ring {
             let heard = range < self.scan.range_max;
             let range = range.clamp(self.scan.range_min, self.scan.range_max);
             self.echoes[place] = Echo { range, heard: heard.into() };
-            self.heard[place] = Some(now);
+            self.reading_times[place] = Some(now);
             is_new = true;
         }
         if !is_new || self.silent(now).is_some() {
@@ -68,6 +68,6 @@ impl Ring {
 
     /// Returns the first silent sonar.
     pub fn silent(&self, now: f64) -> Option<usize> {
-        self.heard[..self.count].iter().position(|heard| heard.is_none_or(|time| now - time > STALE))
+        self.reading_times[..self.count].iter().position(|time| time.is_none_or(|time| now - time > STALE))
     }
 }

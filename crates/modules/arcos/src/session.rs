@@ -91,7 +91,7 @@ enum SessionState {
 #[derive(Clone, Debug)]
 struct OpenConnection {
     /// Arrival time of the last report.
-    heard: Duration,
+    last_report: Duration,
     model: &'static Model,
     /// Last sent motion; `changed` is the time of its last change.
     sent: (i16, i16),
@@ -229,7 +229,7 @@ impl Session {
                 let report = Report::decode(data)?;
                 let (identity, model) = (std::mem::take(identity), *model);
                 self.state = SessionState::Open(OpenConnection {
-                    heard: now,
+                    last_report: now,
                     model,
                     sent: (0, 0),
                     changed: now,
@@ -242,7 +242,7 @@ impl Session {
             }
             SessionState::Open(open) => {
                 let report = Report::decode(data)?;
-                open.heard = now;
+                open.last_report = now;
                 open.moving = report.moving || report.left != 0 || report.right != 0;
                 // Motors that a person switches off at the robot stay off: they are switched on once.
                 self.switched_off = !report.motors() && open.motors.is_on;
@@ -302,7 +302,7 @@ impl Session {
                 None
             }
             SessionState::Open(open) => {
-                if now.saturating_sub(open.heard) >= SILENCE {
+                if now.saturating_sub(open.last_report) >= SILENCE {
                     // A packet may have been cut off.
                     let noise = self.bytes > packet::LARGEST as u64;
                     return Some(self.lose(if noise { Loss::Drowned } else { Loss::Silent }));

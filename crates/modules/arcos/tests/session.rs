@@ -18,8 +18,8 @@ struct Line {
     session: Session,
     now: Duration,
     decoder: Decoder,
-    /// What the session said, and when.
-    heard: Vec<(Duration, Vec<u8>)>,
+    /// Received packets, with their times.
+    received: Vec<(Duration, Vec<u8>)>,
     events: Vec<Event>,
 }
 
@@ -33,7 +33,7 @@ impl Line {
             session: Session::new(model, TIME_TO_LIVE),
             now: Duration::ZERO,
             decoder: Decoder::default(),
-            heard: Vec::new(),
+            received: Vec::new(),
             events: Vec::new(),
         }
     }
@@ -42,8 +42,8 @@ impl Line {
         self.now += STEP;
         self.events.extend(self.session.poll(self.now));
         let bytes = std::mem::take(self.session.outgoing());
-        let (heard, now) = (&mut self.heard, self.now);
-        self.decoder.receive(&bytes, |data| heard.push((now, data.to_vec())));
+        let (received, now) = (&mut self.received, self.now);
+        self.decoder.receive(&bytes, |data| received.push((now, data.to_vec())));
     }
 
     fn pass(&mut self, time: Duration) {
@@ -69,14 +69,14 @@ impl Line {
         }
     }
 
-    /// What was said since the last call.
-    fn said(&mut self) -> Vec<Vec<u8>> {
-        self.heard.drain(..).map(|(_, data)| data).collect()
+    /// Packets received since the last call.
+    fn take_received(&mut self) -> Vec<Vec<u8>> {
+        self.received.drain(..).map(|(_, data)| data).collect()
     }
 
     /// The motions that were commanded since the last call.
     fn motions(&mut self) -> Vec<(i16, i16)> {
-        let said = self.said();
+        let said = self.take_received();
         let commands: Vec<_> = said.iter().filter_map(|data| Command::decode(data)).collect();
         commands
             .windows(2)
@@ -122,24 +122,24 @@ fn a_session_stops_the_robot_synchronizes_and_opens() {
     let mut line = Line::new();
     line.pass(Duration::from_millis(50));
     // A robot that its watchdog has stopped would drive on at any other packet.
-    assert_eq!(line.said(), [[29], [2]]);
+    assert_eq!(line.take_received(), [[29], [2]]);
     line.pass(Duration::from_millis(100));
-    assert_eq!(line.said(), [[0]]);
+    assert_eq!(line.take_received(), [[0]]);
     line.say(&[0]);
     line.step();
-    assert_eq!(line.said(), [[1]]);
+    assert_eq!(line.take_received(), [[1]]);
     line.say(&[1]);
     line.step();
-    assert_eq!(line.said(), [[2]]);
+    assert_eq!(line.take_received(), [[2]]);
     line.say(b"\x02Rosie\0Pioneer\0p3dx-sh\0");
     line.step();
-    assert_eq!(line.said(), [[1], [0]]);
+    assert_eq!(line.take_received(), [[1], [0]]);
     line.say(&Report::default().encode());
     let identity = Identity { name: "Rosie".into(), class: "Pioneer".into(), model: "p3dx-sh".into() };
     let model = Model::named("p3dx-sh").unwrap();
     assert_eq!(line.events, [Event::Connected { identity, model }]);
     line.report(&Report::default(), Duration::from_millis(500));
-    let said = line.said();
+    let said = line.take_received();
     assert!(said.contains(&vec![4, 0x3B, 1, 0]), "the motors are switched on: {said:?}");
     assert!(said.contains(&vec![28, 0x3B, 1, 0]), "and the sonars: {said:?}");
 }
@@ -148,7 +148,7 @@ fn a_session_stops_the_robot_synchronizes_and_opens() {
 fn requests_are_repeated_and_then_session_restarts() {
     let mut line = Line::new();
     line.pass(Duration::from_millis(1100));
-    let said = line.said();
+    let said = line.take_received();
     assert_eq!(said[..2], [[29], [2]]);
     assert_eq!(said[2..5], [[0], [0], [0]]);
     assert_eq!(said[5..7], [[29], [2]]);
@@ -189,7 +189,7 @@ fn errors_are_distinguished() {
     line.open();
     line.pass(SILENCE);
     assert_eq!(line.losses(), [Loss::Silent]);
-    assert!(line.said().ends_with(&[vec![29], vec![2]]), "it is stopped before all else");
+    assert!(line.take_received().ends_with(&[vec![29], vec![2]]), "it is stopped before all else");
 
     let mut line = Line::new();
     line.open();
@@ -221,7 +221,7 @@ fn a_command_is_sent_at_once_and_renewed_within_its_lifetime() {
     let mut line = Line::new();
     line.open();
     line.report(&on(), Duration::from_secs(2));
-    line.said();
+    line.take_received();
     line.session.drive(1.0, 1.0, line.now);
     line.step();
     assert_eq!(line.motions(), [(98, 0)]);
@@ -238,10 +238,10 @@ fn a_command_is_sent_at_once_and_renewed_within_its_lifetime() {
     );
     let last = line.now;
     line.pass(TIME_TO_LIVE + STEP);
-    let stop = line.heard.iter().find(|(_, data)| *data == [11, 0x3B, 0, 0]).unwrap().0;
+    let stop = line.received.iter().find(|(_, data)| *data == [11, 0x3B, 0, 0]).unwrap().0;
     assert!(stop > last && stop <= last + TIME_TO_LIVE, "{:?} after the last command", stop - last);
     // While it still moves, the stop is repeated.
-    line.said();
+    line.take_received();
     line.report(&Report { moving: true, ..on() }, Duration::from_secs(2));
     assert!(line.motions().len() >= 6);
 }
@@ -251,9 +251,9 @@ fn a_robot_that_stands_hears_a_pulse_at_least_every_second() {
     let mut line = Line::new();
     line.open();
     line.report(&on(), Duration::from_secs(10));
-    let times: Vec<_> = line.heard.iter().map(|(time, _)| *time).collect();
+    let times: Vec<_> = line.received.iter().map(|(time, _)| *time).collect();
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] <= Duration::from_secs(1)));
-    let pulses = line.said().iter().filter(|data| **data == [0]).count();
+    let pulses = line.take_received().iter().filter(|data| **data == [0]).count();
     assert!((10..25).contains(&pulses), "{pulses}");
 }
 
@@ -261,7 +261,7 @@ fn a_robot_that_stands_hears_a_pulse_at_least_every_second() {
 fn changing_commands_do_not_flood_the_line_or_delay_a_stop() {
     let mut line = Line::new();
     line.open();
-    line.said();
+    line.take_received();
     for step in 0..100 {
         line.session.drive(f64::from(step) / 10.0, 0.0, line.now);
         if step % 10 == 0 {
@@ -293,7 +293,7 @@ fn motors_that_a_person_switches_off_stay_off() {
     let mut line = Line::new();
     line.open();
     line.report(&on(), Duration::from_secs(1));
-    line.said();
+    line.take_received();
     let off = Report { flags: 0b110, ..Report::default() };
     line.report(&off, Duration::from_secs(5));
     // Not even with another connection.
@@ -305,21 +305,21 @@ fn motors_that_a_person_switches_off_stay_off() {
     line.events.clear();
     line.open();
     line.report(&off, Duration::from_secs(5));
-    assert!(line.said().iter().all(|data| data[0] != 4), "nobody switches them on again");
+    assert!(line.take_received().iter().all(|data| data[0] != 4), "nobody switches them on again");
     // Until the person does.
     line.report(&on(), Duration::from_secs(1));
     line.pass(SILENCE);
     line.events.clear();
     line.open();
     line.report(&off, Duration::from_secs(1));
-    assert!(line.said().iter().any(|data| data[0] == 4));
+    assert!(line.take_received().iter().any(|data| data[0] == 4));
 }
 
 #[test]
 fn a_closed_session_stops_the_robot() {
     let mut line = Line::new();
     line.open();
-    line.said();
+    line.take_received();
     line.session.drive(1.0, 1.0, line.now);
     line.session.close();
     let bytes = std::mem::take(line.session.outgoing());
@@ -348,7 +348,7 @@ proptest! {
         // Whatever was said, a robot that behaves is connected in the end.
         line.events.clear();
         for _ in 0..400 {
-            let said = line.said();
+            let said = line.take_received();
             for data in said {
                 match data[..] {
                     [step @ (0 | 1)] => line.say(&[step]),

@@ -216,8 +216,8 @@ fn run(
                 other.y,
                 other.theta,
                 avoider.map().obstacles().count(),
-                heard(&avoider, &outline, pose, result.time).0,
-                heard(&avoider, &outline, pose, result.time).1,
+                nearest_mark(&avoider, &outline, pose, result.time).0,
+                nearest_mark(&avoider, &outline, pose, result.time).1,
             );
         }
         simulation.command(robot, Wheels { left: command.left, right: command.right });
@@ -297,7 +297,7 @@ fn scan(simulation: &Simulation, robot: usize) -> Option<SonarScan> {
 }
 
 /// Returns distance, and age and position (robot frame), of the nearest mark.
-fn heard(avoider: &Avoider, outline: &Footprint, pose: Pose2, time: f64) -> (f64, [f64; 3]) {
+fn nearest_mark(avoider: &Avoider, outline: &Footprint, pose: Pose2, time: f64) -> (f64, [f64; 3]) {
     let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
     avoider.map().obstacles().fold((f64::INFINITY, [0.0; 3]), |least, mark| {
         let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);

@@ -68,7 +68,7 @@ struct Cone {
     y: f64,
     axis: [f64; 2],
     range: f64,
-    heard: bool,
+    has_echo: bool,
 }
 
 /// Rates at which marks lose confidence in an update.
@@ -145,8 +145,8 @@ impl LocalMap {
     /// Marks the arcs of the echoes, but for what another sonar disproves.
     fn mark_echoes(&mut self, pose: Pose2, cones: &[Cone], field_of_view: f64, edge: f64) {
         let Some(time) = self.time else { return };
-        let heard = |(_, cone): &(usize, &Cone)| cone.heard && cone.range < 2.0 * HALF_EDGE;
-        for (number, cone) in cones.iter().enumerate().filter(heard) {
+        let has_echo = |(_, cone): &(usize, &Cone)| cone.has_echo && cone.range < 2.0 * HALF_EDGE;
+        for (number, cone) in cones.iter().enumerate().filter(has_echo) {
             // At least the ends of the arc, and no cell between them left out.
             let steps = (cone.range * field_of_view / (0.8 * CELL)) as u32 + 1;
             for step in 0..=steps {
@@ -212,8 +212,8 @@ fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'
     let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
     let mut count = 0;
     for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-        let heard = echo.heard.get();
-        let range = if heard { echo.range } else { scan.range_max };
+        let has_echo = echo.heard.get();
+        let range = if has_echo { echo.range } else { scan.range_max };
         let placed = on_the_map(placement.x, placement.y) && placement.theta.is_finite();
         if !range.is_finite() || range < 0.0 || !placed || count == SONARS {
             continue;
@@ -224,7 +224,7 @@ fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'
             y: pose.y + sine * placement.x + cosine * placement.y,
             axis: [math::cos(bearing), math::sin(bearing)],
             range,
-            heard,
+            has_echo,
         };
         count += 1;
     }

@@ -1,4 +1,4 @@
-//! What the avoidance promises.
+//! Guarantees of the obstacle avoidance.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where something is wrong")]
 
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-//! What the searches promise, on random grids.
+//! Guarantees of the searches, on random grids.
 
 use proptest::prelude::*;
 use slate_module::math::min;

@@ -1,4 +1,4 @@
-//! What a wheeled robot knows of its own body and devices.
+//! Knowledge of a wheeled robot about its own body and devices.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{

@@ -1,4 +1,4 @@
-//! What a robot makes of others that it sees.
+//! Use of other robots that a robot sees.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{

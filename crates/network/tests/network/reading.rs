@@ -1,4 +1,4 @@
-//! What an agent reads of others.
+//! Reading of other agents.
 
 use slate_blackboard::interface::Interface;
 use slate_interfaces::Pose2;

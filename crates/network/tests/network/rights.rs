@@ -1,4 +1,4 @@
-//! What each agent may do, checked at the origin.
+//! Rights of each agent, checked at the origin.
 
 use std::time::Duration;
 

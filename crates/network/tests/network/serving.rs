@@ -1,4 +1,4 @@
-//! What others read of an agent.
+//! Properties of an agent that others read.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,4 @@
-//! What others set in an agent.
+//! Properties of an agent that others set.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

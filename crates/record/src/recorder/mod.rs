@@ -210,7 +210,7 @@ impl Recorder {
 
     /// Attaches files to each recording, besides the configuration that names them.
     /// Called before the recording begins.
-    pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
+    pub fn attach_files(&self, files: Vec<(String, Vec<u8>)>) {
         self.state().files = files;
     }
 

@@ -58,7 +58,7 @@ impl Collisions {
             Some(_) => format!("  ({} per km, with 95 % confidence below {})", number(rate), number(bound)),
             None => String::new(),
         };
-        let way = (self.kilometres > 0.0).then(|| ("way of all runs", format!("{:.3} km", self.kilometres)));
+        let way = (self.kilometers > 0.0).then(|| ("way of all runs", format!("{:.3} km", self.kilometers)));
         let counts = [
             ("collisions", self.collisions.to_string()),
             ("caused by the robot", format!("{}{rate}", self.collisions_caused)),

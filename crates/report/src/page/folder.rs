@@ -47,7 +47,7 @@ pub(super) fn content(
             sections.push(apart);
             sections.push(decisions(&trajectory));
             sections.push(log(&path.join("log.txt"))?);
-            let mut more = Section::new("What is not known");
+            let mut more = Section::new("Missing data");
             more.text(
                 "The folder has no recording of the run, so timing, faults, changes and dropped values are missing. \
                  A run leaves one with --set record.enabled=true.",

@@ -150,7 +150,7 @@ impl Html {
             self.push(format_args!("<tr>"));
             for (cell, column) in row.iter().zip(&table.columns) {
                 let text = escaped(cell);
-                let text = match column.crowd(cell) {
+                let text = match column.collapsed_count(cell) {
                     Some(count) => format!("<details><summary>{count} modules</summary>{text}</details>"),
                     None => text,
                 };

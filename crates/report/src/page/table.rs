@@ -21,7 +21,7 @@ const MAX_NAMES: usize = 3;
 
 impl Column {
     /// Returns the number of modules in a cell if they are too many to read at once.
-    pub fn crowd(&self, cell: &str) -> Option<usize> {
+    pub fn collapsed_count(&self, cell: &str) -> Option<usize> {
         let count = cell.split(", ").count();
         (self.is_modules && count > MAX_NAMES).then_some(count)
     }

@@ -34,7 +34,7 @@ impl Cloud {
     }
 
     /// Iterates over the points of the echoes heard, in the middle of each cone.
-    pub fn heard(&self, value: &ValueBytes<'_>) -> impl Iterator<Item = [f64; 2]> {
+    pub fn echo_points(&self, value: &ValueBytes<'_>) -> impl Iterator<Item = [f64; 2]> {
         let count = value.count(self.placements.count).min(value.count(self.echoes.count));
         (0..count).filter_map(|item| {
             let [range, heard] = self.echoes.numbers(value, item);
@@ -45,8 +45,8 @@ impl Cloud {
 
     /// Appends them, each with three numbers.
     pub fn points(&self, value: &ValueBytes<'_>, writer: &mut CdrWriter<'_>) -> Result<(), Error> {
-        writer.length(wire_length(self.heard(value).count() * AXES.len() * NUMBER_SIZE)?);
-        for [x, y] in self.heard(value) {
+        writer.length(wire_length(self.echo_points(value).count() * AXES.len() * NUMBER_SIZE)?);
+        for [x, y] in self.echo_points(value) {
             // Among bytes nothing is aligned.
             [x, y, 0.0].iter().for_each(|number| writer.raw(&(*number as f32).to_le_bytes()));
         }

@@ -122,7 +122,9 @@ impl ValueBytes<'_> {
             NumberSource::Across { range, bearing } => {
                 Scalar::Float(float(range) * libm::sin(float(bearing)))
             }
-            NumberSource::Heard(cloud, times) => Scalar::Float(cloud.heard(self).count() as f64 * times),
+            NumberSource::Heard(cloud, times) => {
+                Scalar::Float(cloud.echo_points(self).count() as f64 * times)
+            }
             NumberSource::Last { first, step, items } => {
                 let steps = self.count(*items).saturating_sub(1);
                 Scalar::Float(float(first) + float(step) * steps as f64)

@@ -1,4 +1,4 @@
-//! What programs of others read: `cargo test -p slate-ros-messages --features slate-test-tools/external-tools`.
+//! Messages that other programs read: `cargo test -p slate-ros-messages --features slate-test-tools/external-tools`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(missing_docs, reason = "the interfaces here are read by nobody")]
 

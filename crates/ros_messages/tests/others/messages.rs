@@ -1,4 +1,4 @@
-//! What programs that are not ours read from our messages, and what we read from theirs.
+//! Messages that other programs read from Slate, and Slate from them.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -1,4 +1,4 @@
-//! What is turned into messages: the well-known interfaces, and two with all that an interface can have.
+//! Interfaces that become messages: the well-known interfaces, and two with all that an interface can have.
 
 use slate_interfaces::{FactHead, Position, Sighting};
 use slate_module::blackboard::interface::{

@@ -1,5 +1,5 @@
-//! What modules need that can be missing: the mechanism, and each service of the host. Each guarantee has a test that
-//! tries to break it.
+//! Services that modules need and that can be missing: the mechanism, and each service of the host. Each guarantee has
+//! a test that tries to break it.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

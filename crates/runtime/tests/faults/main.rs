@@ -1,4 +1,4 @@
-//! What happens when modules hang or panic, and what the predecessors got wrong: each agent continues with the rest, or
+//! Modules that hang or panic, and defects of the predecessors: each agent continues with the rest, or
 //! ends in order and says why.
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! What the predecessors got wrong.
+//! Defects of the predecessors.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

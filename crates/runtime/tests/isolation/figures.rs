@@ -1,4 +1,4 @@
-//! What isolation costs, for the reader of a terminal; to be run with `--release`.
+//! Cost of isolation, for the reader of a terminal; to be run with `--release`.
 
 use std::time::Instant;
 

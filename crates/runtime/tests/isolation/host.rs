@@ -1,4 +1,4 @@
-//! What becomes of the processes when their host ends without a word.
+//! End of the processes when their host is killed.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What links may join that does not fit as it is, and what they refuse.
+//! Conversions of links between different interfaces, and their refusals.
 
 use slate_blackboard::interface::Value;
 use slate_module::Plugin;

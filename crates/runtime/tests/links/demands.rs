@@ -1,4 +1,4 @@
-//! What links want of other agents.
+//! Demands of links on other agents.
 
 use std::sync::{Arc, Mutex};
 

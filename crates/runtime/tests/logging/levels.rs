@@ -15,7 +15,7 @@ kind = "talker"
 kind = "talker"
 "#;
 
-fn said(lines: &[Record]) -> Vec<(&str, &str)> {
+fn module_lines(lines: &[Record]) -> Vec<(&str, &str)> {
     lines.iter().map(|line| (&*line.module, line.text.as_str())).collect()
 }
 
@@ -32,7 +32,7 @@ fn each_module_has_its_level_and_the_longest_name_wins() {
         ("r2/b", "error 1"),
         ("r2/c", "error 1"),
     ];
-    assert_eq!(said(&lines_of(&text, Options::default(), 1)), expected);
+    assert_eq!(module_lines(&lines_of(&text, Options::default(), 1)), expected);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn running_modules_follow_a_change_with_their_next_line() {
         ("r2/c", "warn 3"),
         ("r2/c", "error 3"),
     ];
-    assert_eq!(said(&target.lines()), expected);
+    assert_eq!(module_lines(&target.lines()), expected);
 }
 
 #[test]
@@ -77,5 +77,5 @@ fn the_agent_itself_has_a_level_too() {
     logger.log(0, Level::Info, "quiet");
     logger.log(0, Level::Warn, "loud");
     drop(logger);
-    assert_eq!(said(&target.lines()), [("agent", "loud")]);
+    assert_eq!(module_lines(&target.lines()), [("agent", "loud")]);
 }

@@ -1,4 +1,4 @@
-//! What reaches the targets of the log, and in which order.
+//! Lines that reach the targets of the log, and their order.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -34,7 +34,7 @@ impl Module for Parrot {
     }
 }
 
-fn said(text: &str, steps: usize, workers: usize) -> Vec<(u64, String, String)> {
+fn logged_lines(text: &str, steps: usize, workers: usize) -> Vec<(u64, String, String)> {
     let target = MemoryTarget::default();
     let options = Options {
         log: vec![Box::new(target.clone())],
@@ -73,7 +73,7 @@ fn repeated_lines_are_summarized_per_window() {
         // The end of the run.
         (1500, "parrot", "repeated once more: again"),
     ];
-    assert_eq!(said(ONE, 16, 0), expected(&lines));
+    assert_eq!(logged_lines(ONE, 16, 0), expected(&lines));
 }
 
 #[test]
@@ -99,13 +99,13 @@ kind = "parrot"
         (1000, "b", "again tick=11"),
     ];
     for workers in [0, 1] {
-        assert_eq!(said(text, 11, workers), expected(&lines), "{workers} workers");
+        assert_eq!(logged_lines(text, 11, workers), expected(&lines), "{workers} workers");
     }
 }
 
 #[test]
 fn without_a_limit_everything_is_written() {
-    assert_eq!(said(&format!("log.repeat = 0\n{ONE}"), 30, 0).len(), 30);
+    assert_eq!(logged_lines(&format!("log.repeat = 0\n{ONE}"), 30, 0).len(), 30);
 }
 
 #[test]

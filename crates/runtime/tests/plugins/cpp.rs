@@ -50,7 +50,7 @@ fn set(agent: &slate_runtime::Agent, parameter: &str, value: i128) {
 }
 
 /// What the log says so far; a thread of its own writes it.
-fn said(log: &MemoryTarget) -> String {
+fn log_text(log: &MemoryTarget) -> String {
     log.lines().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
@@ -63,8 +63,8 @@ fn plugin_in_cpp_computes_as_that_in_c() {
         assert_eq!(read(&agent, "average/mean"), read(&agent, "smoother/mean"));
     }
     assert_eq!(number(&agent, "average/mean/samples"), 50);
-    until("the first sample's message", || said(&log).contains("first sample"));
-    assert_says(&said(&log), &["average", "value", "0.25"]);
+    until("the first sample's message", || log_text(&log).contains("first sample"));
+    assert_says(&log_text(&log), &["average", "value", "0.25"]);
     let plugins = agent.composer().plugins();
     let plugin = plugins.iter().find(|plugin| plugin.name == "average").unwrap();
     assert_eq!((plugin.version.as_str(), plugin.loaded), ("0.9.0", true));
@@ -79,8 +79,8 @@ fn exception_in_cpp_fails_that_module_with_its_message() {
     let (_, _, panics) = agent.counts("average").unwrap();
     assert_eq!(panics, 5, "after five it stays off");
     assert_eq!(agent.counts("smoother").unwrap().0, 23);
-    until("the exception's message", || said(&log).contains("the sensor speaks nonsense"));
-    assert_says(&said(&log), &["average", "threw an exception: the sensor speaks nonsense"]);
+    until("the exception's message", || log_text(&log).contains("the sensor speaks nonsense"));
+    assert_says(&log_text(&log), &["average", "threw an exception: the sensor speaks nonsense"]);
     let safe = agent.board().read("average/mean/value").unwrap().unwrap().0.as_f64();
     assert_eq!(safe, Some(-1.0));
 }

@@ -1,4 +1,4 @@
-//! What can't be, and stays as it was.
+//! Refused changes, which leave the agent unchanged.
 
 use slate_blackboard::interface::Value;
 use slate_runtime::{Agent, Options, PluginError, Rate};

@@ -1,4 +1,4 @@
-//! What senders know of their messages after an agent continued from a snapshot.
+//! Senders' knowledge of their messages after an agent continued from a snapshot.
 
 use slate_module::prelude::*;
 use slate_module::{Delivery, Plugin};

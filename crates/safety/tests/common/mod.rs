@@ -1,4 +1,4 @@
-//! What the tests of the gate share.
+//! Helpers of the tests of the gate.
 #![allow(dead_code, missing_docs, reason = "each test file uses a part")]
 #![allow(clippy::expect_used, reason = "a test's error ends the test")]
 

@@ -123,7 +123,7 @@ impl Bridge {
         }
     }
 
-    /// Stops dialling agents that no link needs any more.
+    /// Stops dialing agents that no link needs any more.
     fn forget(&mut self, demands: &Demands) {
         let is_wanted = |agent: &String| demands.keys().any(|path| path.agent == *agent);
         // Agents of the team also exchange its knowledge.

@@ -34,7 +34,7 @@ impl Inspector {
         }
         let usual = || agents().iter().any(|here| here == agent).then(|| format!("local:{agent}"));
         if let Some(endpoint) = self.endpoints.get(agent).cloned().or_else(usual) {
-            return peers.visit(agent, &endpoint).map_err(|error| error.to_string());
+            return peers.dial_for_query(agent, &endpoint).map_err(|error| error.to_string());
         }
         let known = peers.agents();
         if known.iter().any(|known| known == agent) {

@@ -12,7 +12,7 @@ use slate_blackboard::wake::Wake;
 use slate_sorted::SortedMap;
 
 use super::context::{PeerContext, impostor, lock};
-use super::dialling::Dialling;
+use super::dialing::Dialing;
 use super::state::PeerStates;
 use super::{Peer, PeerEvent, RemoteProperty};
 use crate::carrier::{Carrier, CarrierError, Link};
@@ -44,15 +44,15 @@ pub(super) struct PeerConnection {
     pub peer: Mutex<Peer>,
     /// Wake of the sending thread.
     pub wake: Arc<Wake>,
-    dialling: Mutex<Dialling>,
-    /// Flag of dialling in progress, which may take long.
-    pub is_dialling: AtomicBool,
+    dialing: Mutex<Dialing>,
+    /// Flag of dialing in progress, which may take long.
+    pub is_dialing: AtomicBool,
     /// Current link; locked before the agent by threads that need both.
     link: Mutex<CurrentLink>,
     changed: Condvar,
     pub waiting: Mutex<PendingReplies>,
     reason: Mutex<String>,
-    /// Last error of dialling an absent agent; it is not reported.
+    /// Last error of dialing an absent agent; it is not reported.
     dial_error: Mutex<Option<String>>,
     /// Queue of events to report, and the lock of the thread that reports them.
     events: Mutex<VecDeque<PeerEvent>>,
@@ -82,8 +82,8 @@ impl PeerConnection {
             agent: peer.agent().into(),
             peer: Mutex::new(peer),
             wake,
-            dialling: Mutex::default(),
-            is_dialling: AtomicBool::new(false),
+            dialing: Mutex::default(),
+            is_dialing: AtomicBool::new(false),
             link: Mutex::default(),
             changed: Condvar::new(),
             waiting: Mutex::default(),
@@ -106,24 +106,24 @@ impl PeerConnection {
 
     /// Sets the endpoint that is dialed whenever the agent is absent; none for `None`.
     pub fn dial_at(&self, endpoint: Option<&str>) {
-        lock(&self.dialling).always = endpoint.map(Into::into);
+        lock(&self.dialing).always = endpoint.map(Into::into);
         self.changed.notify_all();
     }
 
     /// Dials the agent for a query.
-    pub fn visit(&self, endpoint: &str, now: u64) {
-        lock(&self.dialling).visit(endpoint, now.saturating_add(IDLE_TIMEOUT));
+    pub fn dial_for_query(&self, endpoint: &str, now: u64) {
+        lock(&self.dialing).dial_until(endpoint, now.saturating_add(IDLE_TIMEOUT));
         self.changed.notify_all();
     }
 
     /// Returns whether the other agent is dialed whenever it is absent.
     pub fn is_dialed(&self) -> bool {
-        lock(&self.dialling).always.is_some()
+        lock(&self.dialing).always.is_some()
     }
 
     /// Returns the endpoint to dial at time `now`.
     fn endpoint(&self, now: u64) -> Option<String> {
-        lock(&self.dialling).endpoint(now)
+        lock(&self.dialing).endpoint(now)
     }
 
     /// Returns whether the connection is unused.
@@ -366,13 +366,13 @@ impl PeerConnection {
     fn dial(&self, context: &PeerContext, pause: &mut Duration) {
         let Some(endpoint) = self.endpoint(context.now()) else { return self.pause(pause) };
         // A thread that ends the connection sees this flag, or this thread sees the end.
-        self.is_dialling.store(true, Ordering::SeqCst);
+        self.is_dialing.store(true, Ordering::SeqCst);
         let dial = |carrier: &Arc<dyn Carrier>| match self.has_ended() {
             true => Err(CarrierError::Nobody { endpoint: endpoint.clone() }),
             false => carrier.dial(&endpoint),
         };
         let dialed = context.carrier(&endpoint).and_then(dial);
-        self.is_dialling.store(false, Ordering::SeqCst);
+        self.is_dialing.store(false, Ordering::SeqCst);
         match dialed {
             // The connection has ended meanwhile.
             Ok(link) if self.has_ended() => link.close(),

@@ -200,12 +200,14 @@ impl Peers {
     }
 
     /// Dials another agent for a query.
-    /// If it is absent, dialling is repeated for a few seconds. An unused link ends after the same time.
+    /// If it is absent, dialing is repeated for a few seconds. An unused link ends after the same time.
     ///
     /// # Errors
     /// As those of [`connect`](Peers::connect).
-    pub fn visit(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
-        self.dial(agent, endpoint, |connection| connection.visit(endpoint, self.connections.context.now()))
+    pub fn dial_for_query(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
+        self.dial(agent, endpoint, |connection| {
+            connection.dial_for_query(endpoint, self.connections.context.now());
+        })
     }
 
     fn dial(
@@ -227,7 +229,7 @@ impl Peers {
             .map_err(system)
     }
 
-    /// Stops dialling another agent.
+    /// Stops dialing another agent.
     /// A present agent stays connected for as long as one of the two needs that. An absent one without subscriptions is
     /// forgotten.
     pub fn forget(&self, agent: &str) {
@@ -237,7 +239,7 @@ impl Peers {
             }
             end_idle(connections, self.connections.context.now())
         });
-        // Removes its mirrors from the board before a new connection of that name; the other thread may be dialling.
+        // Removes its mirrors from the board before a new connection of that name; the other thread may be dialing.
         ended.into_iter().for_each(|running| drop(running.sends.join()));
     }
 
@@ -377,7 +379,7 @@ impl Drop for Peers {
             // A thread that panicked has ended, too.
             drop(sends.join());
             // A search for a remote agent takes seconds; the caller may have given up then.
-            if !connection.is_dialling.load(Ordering::SeqCst) {
+            if !connection.is_dialing.load(Ordering::SeqCst) {
                 drop(receives.join());
             }
             lock(&connection.peer).remove_mirrors();

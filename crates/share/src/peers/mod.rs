@@ -5,7 +5,7 @@ mod carriers;
 mod connection;
 mod connections;
 mod context;
-mod dialling;
+mod dialing;
 mod exchange;
 mod export;
 mod handle;

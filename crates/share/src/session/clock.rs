@@ -12,7 +12,7 @@ pub(super) struct PeerClock {
     /// Offset and round trip of the last exchanges.
     exchanges: VecDeque<Estimate>,
     /// Last received heartbeat: time of sending, and time of arrival.
-    heard: Option<(u64, u64)>,
+    last_beat: Option<(u64, u64)>,
 }
 
 /// Estimate of another agent's clock.
@@ -38,15 +38,15 @@ impl Estimate {
 impl PeerClock {
     /// Returns the heartbeat to send.
     pub fn beat(&self, now: u64) -> Beat {
-        Beat { sent: now, heard: self.heard }
+        Beat { sent: now, heard: self.last_beat }
     }
 
     pub fn receive(&mut self, now: u64, beat: Beat) {
         // One that was overtaken would only make the way longer.
-        if self.heard.is_some_and(|(sent, _)| beat.sent <= sent) {
+        if self.last_beat.is_some_and(|(sent, _)| beat.sent <= sent) {
             return;
         }
-        self.heard = Some((beat.sent, now));
+        self.last_beat = Some((beat.sent, now));
         let Some((sent, received)) = beat.heard else { return };
         let (elapsed, turnaround) = (now.checked_sub(sent), beat.sent.checked_sub(received));
         let (Some(elapsed), Some(turnaround)) = (elapsed, turnaround) else { return };
@@ -61,8 +61,8 @@ impl PeerClock {
     }
 
     /// Returns whether a heartbeat was received.
-    pub fn is_heard(&self) -> bool {
-        self.heard.is_some()
+    pub fn has_received(&self) -> bool {
+        self.last_beat.is_some()
     }
 
     /// Returns the best estimate; `None` before the first exchange.

@@ -19,7 +19,7 @@ pub(super) struct SessionConnection {
     /// Mutual greeting; true once both know of each other.
     pub established: bool,
     /// Time of the last received packet.
-    pub heard: u64,
+    pub last_received: u64,
     /// Time of the next greeting.
     pub greet_at: u64,
     /// Time of the connection.
@@ -52,7 +52,7 @@ pub(super) enum Greeting {
 
 impl SessionConnection {
     pub fn new(own: Identity) -> Self {
-        Self { own, attempt: 1, other: None, established: false, heard: 0, greet_at: 0, since: 0 }
+        Self { own, attempt: 1, other: None, established: false, last_received: 0, greet_at: 0, since: 0 }
     }
 
     /// Returns the token of this connection of this agent.

@@ -272,7 +272,7 @@ impl Session {
             }
             if self.connection.is_ours(head) {
                 // It answers what this agent has sent, so it is there now.
-                self.connection.heard = now;
+                self.connection.last_received = now;
                 if !self.connection.established {
                     self.establish(now, application);
                 }
@@ -374,11 +374,11 @@ impl Session {
     }
 
     fn receive_beat(&mut self, now: u64, beat: wire::Beat) {
-        let (was_heard, was_known) = (self.clock.is_heard(), self.clock.estimate().is_some());
+        let (had_received, was_known) = (self.clock.has_received(), self.clock.estimate().is_some());
         self.clock.receive(now, beat);
         let is_known = self.clock.estimate().is_some();
         // The other agent learns the difference of the clocks from the answer.
-        self.owes_beat |= !was_heard || is_known && !was_known;
+        self.owes_beat |= !had_received || is_known && !was_known;
         if is_known && !was_known {
             // Not before, as the time of a value would be that of another clock.
             let ids: Vec<u32> = self.readings.keys().copied().collect();
@@ -427,7 +427,8 @@ impl Session {
 
     /// Advances the time; a silent agent is disconnected.
     pub fn tick(&mut self, now: u64, application: &mut dyn Application) {
-        if self.connection.established && now.saturating_sub(self.connection.heard) > self.limits.silence {
+        let silence = now.saturating_sub(self.connection.last_received);
+        if self.connection.established && silence > self.limits.silence {
             let milliseconds = self.limits.silence / 1_000_000;
             self.disconnect(now, &format!("nothing was heard of it for {milliseconds} ms"), application);
         }

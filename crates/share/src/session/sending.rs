@@ -69,7 +69,8 @@ impl Session {
         if !self.connection.established {
             return self.connection.greet_at;
         }
-        let mut next = self.beat_at.min(self.connection.heard.saturating_add(self.limits.silence + 1));
+        let lost_at = self.connection.last_received.saturating_add(self.limits.silence + 1);
+        let mut next = self.beat_at.min(lost_at);
         let mut sooner = |at: Option<u64>| next = at.map_or(next, |at| next.min(at));
         sooner((self.owes_beat || self.knowledge.is_waiting()).then_some(now));
         sooner(self.control_in.report_at(now));

@@ -27,7 +27,7 @@ pub(super) struct ShownFacts {
     /// Head of the shown table.
     head: Option<FactTableHead>,
     /// Time since which each fact is known here, by key and robot.
-    heard: SortedMap<(String, u32), (Version, u64)>,
+    known_since: SortedMap<(String, u32), (Version, u64)>,
     /// Schemas of unfitting facts whose difference was reported.
     unfit: SortedSet<u64>,
 }
@@ -48,7 +48,7 @@ impl ShownFacts {
             layout,
             room,
             head: None,
-            heard: SortedMap::new(),
+            known_since: SortedMap::new(),
             unfit: SortedSet::new(),
         })
     }
@@ -89,14 +89,14 @@ impl ShownFacts {
         }
         let left_out = facts.len().saturating_sub(self.room);
         facts.truncate(self.room);
-        let before = std::mem::take(&mut self.heard);
+        let before = std::mem::take(&mut self.known_since);
         let mut head = FactTableHead { revision: 0, left_out: left_out as u32, unfit: other.len() as u32 };
         let mut table = View::of(&mut head).bytes().to_vec();
         for TeamFact { key, robot, fact } in &facts {
             let key_and_origin = ((*key).to_owned(), fact.origin);
             let known = before.get(&key_and_origin).filter(|(version, _)| *version == fact.version);
             let heard = known.map_or(now, |(_, heard)| *heard);
-            self.heard.insert(key_and_origin, (fact.version, heard));
+            self.known_since.insert(key_and_origin, (fact.version, heard));
             let mut entry = FactHead {
                 epoch: fact.version.epoch,
                 sequence: fact.version.sequence,

@@ -1,4 +1,4 @@
-//! What several tests need.
+//! Agents of several tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::disallowed_methods, reason = "real agents go by the machine's clock")]

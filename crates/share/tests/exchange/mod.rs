@@ -1,4 +1,4 @@
-//! What two agents exchange, whatever carries it: the test says what does, by the name of this module.
+//! Exchange of two agents over any carrier: the test selects it by the name of this module.
 
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
-//! What links that come and go leave behind of the files and threads of their process, in which nothing else may run
-//! meanwhile.
+//! Links that come and go, and the files and threads that they leave in their process, in which nothing else may
+//! run meanwhile.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 #[path = "../agents/mod.rs"]

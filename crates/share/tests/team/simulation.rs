@@ -46,7 +46,7 @@ pub struct Simulation {
     saved: Vec<Option<Vec<u8>>>,
     truth: Truth,
     now: u64,
-    said: u64,
+    stated: u64,
     restarts: u64,
     memory: usize,
     /// What some robots knew in the last round.
@@ -77,7 +77,7 @@ impl Simulation {
             saved: vec![None; count],
             truth: Truth::default(),
             now: 0,
-            said: 0,
+            stated: 0,
             restarts: 0,
             memory: 0,
             watched: SortedMap::new(),
@@ -181,16 +181,16 @@ impl Simulation {
         let key = self.random.below(KEYS) as u8;
         let now = (self.now + self.skew[robot as usize]) * 1000;
         let replica = &mut self.robots[robot as usize];
-        self.said += 1;
-        let value = self.said.to_le_bytes();
-        let said = if self.random.chance(650) {
+        self.stated += 1;
+        let value = self.stated.to_le_bytes();
+        let statement = if self.random.chance(650) {
             let certainty = self.random.below(1001) as f64 / 1000.0;
             let statement = Statement { schema: 7, certainty, value: &value };
-            replica.state(now, &[key], statement).is_ok().then_some(Some(self.said))
+            replica.state(now, &[key], statement).is_ok().then_some(Some(self.stated))
         } else {
             replica.retract(now, &[key]).unwrap_or(false).then_some(None)
         };
-        match said {
+        match statement {
             Some(word) => self.truth.note(replica, key, word),
             // A refusal may have stated earlier facts anew.
             None => self.truth.catch_up(replica),

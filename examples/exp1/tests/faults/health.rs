@@ -1,4 +1,4 @@
-//! What monitors and the RobotModel say of sensors and wheels that fail.
+//! Reports of monitors and the RobotModel about failed sensors and wheels.
 
 use slate::blackboard::interface::Value;
 use slate::prelude::*;

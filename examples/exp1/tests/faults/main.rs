@@ -1,4 +1,4 @@
-//! What EXP1's robot does when its sensors lie, stop, hang or crash, and when its own blocks do: the wheels stand
+//! EXP1's robot when its sensors lie, stop, hang or crash, and when its own blocks do: the wheels stand
 //! still or continue safely, and the robot comes back and reaches its goal.
 #![allow(clippy::panic, clippy::unwrap_used, clippy::nonminimal_bool, reason = "a test that fails panics")]
 

@@ -1,4 +1,4 @@
-//! What reflexes do without sensors, and the robot without reflexes.
+//! Reflexes without sensors, and the robot without reflexes.
 
 use super::trouble::{SILENT_ORIENTATION, SILENT_POSITION};
 use super::{agent, finish, number, tree, verdict, wheels};

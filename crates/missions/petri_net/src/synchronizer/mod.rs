@@ -71,7 +71,7 @@ struct Partner {
     name: String,
     statement: RobotStatement,
     /// Time of its last beat, ns of this robot's clock.
-    heard: u64,
+    last_beat: u64,
     /// True if the robot was absent at the last report.
     was_absent: bool,
     /// Entries by the transitions of the synchronizer.
@@ -181,9 +181,10 @@ impl Synchronizer {
     fn partner(&mut self, name: &str) -> usize {
         self.partners.iter().position(|partner| partner.name == name).unwrap_or_else(|| {
             let statement = RobotStatement::default();
-            let heard = self.now;
+            let last_beat = self.now;
             let name = name.into();
-            self.partners.push(Partner { name, statement, heard, was_absent: false, entries: Vec::new() });
+            let partner = Partner { name, statement, last_beat, was_absent: false, entries: Vec::new() };
+            self.partners.push(partner);
             self.partners.len() - 1
         })
     }
@@ -196,7 +197,7 @@ impl Synchronizer {
         self.timeout = timeout;
         let gap = now.saturating_sub(self.now);
         if gap > timeout / 2 {
-            self.partners.iter_mut().for_each(|partner| partner.heard += gap);
+            self.partners.iter_mut().for_each(|partner| partner.last_beat += gap);
         }
         self.now = now;
     }
@@ -211,7 +212,7 @@ impl Synchronizer {
     ) {
         let Some(partner) = self.partners.iter_mut().find(|partner| partner.name == robot) else { return };
         if partner.statement != statement {
-            partner.heard = self.now;
+            partner.last_beat = self.now;
         }
         if partner.statement.life != statement.life {
             partner.entries.fill(SynchronizationEntry::default());
@@ -245,7 +246,7 @@ impl Synchronizer {
     }
 
     fn is_silent(&self, partner: usize) -> bool {
-        self.now.saturating_sub(self.partners[partner].heard) > self.timeout
+        self.now.saturating_sub(self.partners[partner].last_beat) > self.timeout
     }
 
     /// Decides by the received statements.

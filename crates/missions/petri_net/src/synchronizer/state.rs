@@ -70,7 +70,7 @@ impl Synchronizer {
         let partners = self.partners.iter().map(|partner| SavedPartner {
             name: partner.name.clone(),
             statement: partner.statement,
-            heard: partner.heard,
+            heard: partner.last_beat,
             was_absent: partner.was_absent,
             entries: self.ids.iter().cloned().zip(partner.entries.iter().copied()).collect(),
         });
@@ -126,7 +126,7 @@ impl Synchronizer {
         }
         for SavedPartner { name, statement, heard, was_absent, entries } in &state.partners {
             let Some(own) = self.partners.iter_mut().find(|partner| partner.name == *name) else { continue };
-            (own.statement, own.heard, own.was_absent) = (*statement, *heard, *was_absent);
+            (own.statement, own.last_beat, own.was_absent) = (*statement, *heard, *was_absent);
             for (id, entry) in entries {
                 let index = self.ids.iter().position(|own| own == id);
                 index.into_iter().for_each(|index| own.entries[index] = *entry);

@@ -1,4 +1,4 @@
-//! What is found in images that a simulated camera renders.
+//! Detections in images that a simulated camera renders.
 
 use std::sync::Arc;
 

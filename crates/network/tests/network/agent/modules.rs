@@ -1,4 +1,4 @@
-//! What the agent of the tests is made of.
+//! Modules of the tests' agent.
 
 use slate_interfaces::Pose2;
 use slate_mapek::{FactTable, Statements};

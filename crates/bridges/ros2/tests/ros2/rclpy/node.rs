@@ -1,4 +1,4 @@
-//! What a node publishes of itself, and frames from other nodes.
+//! Publications of a node about itself, and frames from other nodes.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
 use std::time::{Duration, Instant};

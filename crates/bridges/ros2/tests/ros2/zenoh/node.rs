@@ -1,4 +1,4 @@
-//! What a node has of itself, over Zenoh.
+//! Properties of a node, over Zenoh.
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
 use std::time::Duration;

@@ -1,17 +1,17 @@
 //! Endpoint at which another agent is dialed.
 
-/// Endpoint at which another agent is dialed, and the duration of dialling.
+/// Endpoint at which another agent is dialed, and the duration of dialing.
 #[derive(Debug, Default)]
-pub(super) struct Dialling {
+pub(super) struct Dialing {
     /// Endpoint dialed whenever the agent is absent; `None` if only it dials.
     pub always: Option<String>,
     /// Endpoint dialed for a query, and the end of that, ns.
     until: Option<(String, u64)>,
 }
 
-impl Dialling {
+impl Dialing {
     /// Dials an endpoint until that time.
-    pub fn visit(&mut self, endpoint: &str, until: u64) {
+    pub fn dial_until(&mut self, endpoint: &str, until: u64) {
         self.until = Some((endpoint.into(), until));
     }
 
