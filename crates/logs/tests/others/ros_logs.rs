@@ -25,7 +25,7 @@ TRUEPOS 3 4 1.5707963267948966 1.5 -2.25 0.5 11.5 host 0.3
 
 /// What libraries of others find in a file.
 fn read(path: &Path) -> Vec<Json> {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others/read.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ros_messages/tests/others/read.py");
     let output = run(Command::new(python()).arg(script).arg(path), "others can't read the recording");
     let lines = String::from_utf8(output.stdout).unwrap();
     lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
