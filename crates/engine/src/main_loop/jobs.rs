@@ -39,9 +39,59 @@ impl Jobs {
     }
 }
 
+/// Work of a job; `None` if it lost the token. Its result is in a slot, so that jobs are all of one type.
+type Work = Box<dyn FnOnce(&SharedLoop) -> Option<()> + Send>;
+
 /// Module whose code did not return.
 #[derive(Debug)]
 pub struct NotReturned;
+
+/// Place of the result of a job, shared by the job and its requester.
+struct AnswerSlot<R>(Arc<Mutex<Option<R>>>);
+
+/// Returns the two ends of an empty slot.
+fn answer_slot<R>() -> (AnswerSlot<R>, AnswerSlot<R>) {
+    let slot = Arc::new(Mutex::new(None));
+    (AnswerSlot(Arc::clone(&slot)), AnswerSlot(slot))
+}
+
+impl<R> AnswerSlot<R> {
+    fn fill(&self, result: R) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+    }
+
+    fn take(&self) -> Option<R> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Does `work` in a thread of its own while none of the cells is in a step, and waits for its end.
+fn run_in_own_thread(
+    cells: Vec<Arc<RunnerCell>>,
+    work: Box<dyn FnOnce() -> Option<()> + Send>,
+) -> Option<()> {
+    let (sender, receiver) = channel();
+    let involved = cells.clone();
+    let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
+        let mut claimed = 0;
+        while claimed < involved.len() && involved[claimed].claim_when_idle() {
+            claimed += 1;
+        }
+        let result = if claimed == involved.len() { work() } else { None };
+        involved[..claimed].iter().for_each(|cell| cell.release());
+        // Sending fails if the requester no longer waits.
+        let _ = sender.send(result);
+    });
+    thread.ok()?;
+    loop {
+        match receiver.recv_timeout(POLL_PERIOD) {
+            Ok(result) => return result,
+            Err(RecvTimeoutError::Disconnected) => return None,
+            Err(RecvTimeoutError::Timeout) if cells.iter().any(|cell| cell.is_late()) => return None,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+}
 
 /// Poll interval of a waiting thread, for the end of the loop and late modules.
 const POLL_PERIOD: Duration = Duration::from_millis(2);
@@ -76,11 +126,18 @@ impl SharedLoop {
         cells: &[Arc<RunnerCell>],
         work: impl FnOnce(&SharedLoop) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
+        let (result, answer) = answer_slot();
+        self.run_between_cycles(cells, Box::new(move |shared| work(shared).map(|found| result.fill(found))))?;
+        answer.take().ok_or(NotReturned)
+    }
+
+    /// As [`between_cycles`](Self::between_cycles), compiled once for all kinds of work.
+    fn run_between_cycles(&self, cells: &[Arc<RunnerCell>], work: Work) -> Result<(), NotReturned> {
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
-            Some(result) => {
+            Some(()) => {
                 // Sending fails if the requester no longer waits.
-                let _ = sender.send(result);
+                let _ = sender.send(());
                 Flow::Next
             }
             None => Flow::Lost,
@@ -99,7 +156,7 @@ impl SharedLoop {
                 }
             }
             match receiver.recv_timeout(POLL_PERIOD) {
-                Ok(result) => return Ok(result),
+                Ok(()) => return Ok(()),
                 Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
                 Err(RecvTimeoutError::Timeout) if cells.iter().any(|cell| cell.is_late()) => {
                     // A job that has not begun must not run later, when no thread waits for it.
@@ -159,26 +216,9 @@ impl SharedLoop {
             };
             return self.between_cycles(cells, between).ok().flatten();
         }
-        let (sender, receiver) = channel();
-        let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
-            let mut claimed = 0;
-            while claimed < involved.len() && involved[claimed].claim_when_idle() {
-                claimed += 1;
-            }
-            let result = if claimed == involved.len() { work() } else { None };
-            involved[..claimed].iter().for_each(|cell| cell.release());
-            // Sending fails if the requester no longer waits.
-            let _ = sender.send(result);
-        });
-        thread.ok()?;
-        loop {
-            match receiver.recv_timeout(POLL_PERIOD) {
-                Ok(result) => return result,
-                Err(RecvTimeoutError::Disconnected) => return None,
-                Err(RecvTimeoutError::Timeout) if cells.iter().any(|cell| cell.is_late()) => return None,
-                Err(RecvTimeoutError::Timeout) => {}
-            }
-        }
+        let (result, answer) = answer_slot();
+        run_in_own_thread(involved, Box::new(move || work().map(|found| result.fill(found))))?;
+        answer.take()
     }
 
     /// Applies the changes that modules have requested in the last cycle, in lockstep.
