@@ -98,7 +98,7 @@ pub mod table;
 pub mod testing;
 mod tick;
 
-pub use codec::{Embedded, decode, encode};
+pub use codec::{CodecError, Embedded, decode, encode, from_cbor, to_cbor};
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
 #[doc(hidden)]
 pub use export::write_robot;

@@ -6,9 +6,10 @@ use std::io;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use slate_module::{CodecError, from_cbor, to_cbor};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-use crate::snapshot::{Bytes, describe};
+use crate::snapshot::Bytes;
 
 /// The version of the format.
 const VERSION: u64 = 1;
@@ -56,9 +57,7 @@ impl ModuleMemory {
             checksum: self.checksum(),
             state: Bytes(self.state.clone()),
         };
-        let mut bytes = Vec::new();
-        ciborium::into_writer(&document, &mut bytes).map_err(io::Error::other)?;
-        Ok(bytes)
+        to_cbor(&document).map_err(io::Error::other)
     }
 
     /// Reads the content of a file.
@@ -68,18 +67,15 @@ impl ModuleMemory {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let version =
             |found: u64| format!("it has version {found} of the format, and this program reads {VERSION}");
-        let document: MemoryDocument = ciborium::from_reader(bytes).map_err(|error| {
-            match ciborium::from_reader::<MemoryVersion, _>(bytes) {
+        let document: MemoryDocument =
+            from_cbor(bytes).map_err(|error| match from_cbor::<MemoryVersion>(bytes) {
                 Ok(MemoryVersion { slate_memory: found }) if found != VERSION => version(found),
                 _ => match error {
-                    ciborium::de::Error::Io(_) => {
-                        format!("it ends too early, after byte {}", bytes.len())
-                    }
-                    ciborium::de::Error::Semantic(..) => "something else is in it".into(),
-                    other => describe(other),
+                    CodecError::Short => format!("it ends too early, after byte {}", bytes.len()),
+                    CodecError::Unfit(_) => "something else is in it".into(),
+                    other => other.to_string(),
                 },
-            }
-        })?;
+            })?;
         if document.slate_memory != VERSION {
             return Err(version(document.slate_memory));
         }
@@ -114,7 +110,7 @@ pub enum MemoryError {
         help: &'static str,
     },
     /// No state, as the module has failed or is absent.
-    #[error("`{module}` has failed or left, so there is nothing to remember: {} is as it was before this run", file.display())]
+    #[error("`{module}` has failed or was unloaded, so its state was not saved: {} is as it was before this run", file.display())]
     #[diagnostic(help("look at the log for why it did"))]
     Lost {
         /// The module.
@@ -123,7 +119,7 @@ pub enum MemoryError {
         file: PathBuf,
     },
     /// The states can't be copied.
-    #[error("nothing of this run is remembered: {0}")]
+    #[error("the memory of the modules was not saved: {0}")]
     Unsaved(#[from] crate::snapshot::SnapshotError),
 }
 

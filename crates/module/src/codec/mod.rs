@@ -12,6 +12,7 @@ mod writer;
 
 use crate::Refusal;
 pub use embedded::Embedded;
+pub use error::CodecError;
 use reader::CborReader;
 use writer::CborWriter;
 
@@ -20,9 +21,7 @@ use writer::CborWriter;
 /// # Errors
 /// A state that can't be encoded.
 pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
-    let mut writer = CborWriter::default();
-    state.serialize(&mut writer).map_err(|error| Refusal(error.to_string()))?;
-    Ok(writer.finish())
+    to_cbor(state).map_err(|error| Refusal(error.to_string()))
 }
 
 /// Decodes a state from CBOR; it fits if it deserializes.
@@ -30,7 +29,25 @@ pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
 /// # Errors
 /// A state that doesn't fit.
 pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal> {
-    T::deserialize(&mut CborReader::new(bytes)).map_err(|error| Refusal(error.to_string()))
+    from_cbor(bytes).map_err(|error| Refusal(error.to_string()))
+}
+
+/// Writes a value as CBOR with field names.
+///
+/// # Errors
+/// A value that its type refuses to write.
+pub fn to_cbor<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
+    let mut writer = CborWriter::default();
+    value.serialize(&mut writer)?;
+    Ok(writer.finish())
+}
+
+/// Reads a value from CBOR; bytes that follow it are not looked at.
+///
+/// # Errors
+/// Bytes that are no CBOR, end too early, are nested too deeply or don't fit the type.
+pub fn from_cbor<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    T::deserialize(&mut CborReader::new(bytes))
 }
 
 #[cfg(test)]

@@ -206,6 +206,10 @@ impl<'b> CborReader<'b> {
     /// Begins a map, as [`array`](Self::array).
     #[inline(never)]
     pub fn map(&mut self) -> Result<Option<usize>, CodecError> {
+        // Another kind of file is not said to end too early: numbers, texts and arrays have major types below 5.
+        if self.bytes.get(self.at).is_some_and(|first| first >> 5 < 5) {
+            return Err(CodecError::custom("expected a map"));
+        }
         match self.item()? {
             CborItem::Map(length) => self.enter(length),
             item => Err(item.type_error("map")),

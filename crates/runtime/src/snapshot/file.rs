@@ -5,6 +5,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use slate_module::{CodecError, from_cbor, to_cbor};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use super::{Bytes, Snapshot, SnapshotError};
@@ -50,20 +51,16 @@ struct SnapshotDocument {
 }
 
 fn checksum(head: &SnapshotHead, image: &[u8]) -> io::Result<u64> {
-    let mut bytes = Vec::new();
-    ciborium::into_writer(&(VERSION, head), &mut bytes).map_err(io::Error::other)?;
+    let bytes = to_cbor(&(VERSION, head)).map_err(io::Error::other)?;
     Ok(xxh3_64_with_seed(image, xxh3_64_with_seed(&bytes, 0)))
 }
 
 fn encode(snapshot: &Snapshot) -> io::Result<Vec<u8>> {
-    let mut image = Vec::new();
-    ciborium::into_writer(&snapshot.image, &mut image).map_err(io::Error::other)?;
+    let image = to_cbor(&snapshot.image).map_err(io::Error::other)?;
     let head = snapshot.head.clone();
     let checksum = checksum(&head, &image)?;
-    let mut bytes = Vec::with_capacity(image.len() + 1024);
     let document = SnapshotDocument { slate_snapshot: VERSION, head, checksum, image: Bytes(image) };
-    ciborium::into_writer(&document, &mut bytes).map_err(io::Error::other)?;
-    Ok(bytes)
+    to_cbor(&document).map_err(io::Error::other)
 }
 
 pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotError> {
@@ -94,7 +91,7 @@ pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {
     let found = file.metadata().map_err(failed)?;
     // A pipe or a device may have no end.
     if !found.is_file() {
-        return Err(failed(io::Error::new(io::ErrorKind::InvalidInput, "it is no file")));
+        return Err(failed(io::Error::new(io::ErrorKind::InvalidInput, "it is not a file")));
     }
     let mut bytes = Vec::new();
     if found.len() > SMALL {
@@ -128,15 +125,15 @@ struct SnapshotVersion {
 
 fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     let damaged = |problem: String| damaged(path, problem);
-    let document: SnapshotDocument = match ciborium::from_reader(bytes) {
+    let document: SnapshotDocument = match from_cbor(bytes) {
         Ok(document) => document,
         Err(error) => {
-            return Err(match ciborium::from_reader::<SnapshotVersion, _>(bytes) {
+            return Err(match from_cbor::<SnapshotVersion>(bytes) {
                 Ok(SnapshotVersion { slate_snapshot: found }) if found != VERSION => version(path, found),
-                Err(ciborium::de::Error::Semantic(..) | ciborium::de::Error::Syntax(_)) => {
+                Err(CodecError::Unfit(_) | CodecError::Syntax(_)) => {
                     damaged("something else is in it".into())
                 }
-                _ => damaged(describe(error)),
+                _ => damaged(error.to_string()),
             });
         }
     };
@@ -144,8 +141,7 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
         return Err(version(path, document.slate_snapshot));
     }
     // CBOR has several ways to write some values, so a change may be none of the values.
-    let mut again = Vec::with_capacity(bytes.len());
-    ciborium::into_writer(&document, &mut again).map_err(|error| damaged(error.to_string()))?;
+    let again = to_cbor(&document).map_err(|error| damaged(error.to_string()))?;
     let SnapshotDocument { head, checksum: said, image, .. } = document;
     let found = checksum(&head, &image.0).map_err(|error| damaged(error.to_string()))?;
     if found == said && bytes.len() > again.len() && bytes.starts_with(&again) {
@@ -154,18 +150,8 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     if found != said || again != bytes {
         return Err(damaged("its checksum is another one".into()));
     }
-    let image = ciborium::from_reader(&*image.0).map_err(|error| damaged(describe(error)))?;
+    let image = from_cbor(&image.0).map_err(|error| damaged(error.to_string()))?;
     Ok(Snapshot { head, image })
-}
-
-/// Returns the description of a document's error.
-pub(crate) fn describe(error: ciborium::de::Error<io::Error>) -> String {
-    match error {
-        ciborium::de::Error::Io(_) => "it ends too early".into(),
-        ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),
-        ciborium::de::Error::Semantic(_, problem) => problem,
-        ciborium::de::Error::RecursionLimitExceeded => "it is nested too deeply".into(),
-    }
 }
 
 fn version(path: &Path, found: u64) -> SnapshotError {

@@ -14,7 +14,6 @@ use std::path::Path;
 
 pub use error::SnapshotError;
 pub use file::PluginMark;
-pub(crate) use file::describe;
 pub(crate) use image::{ClockSnapshot, ModuleSnapshot, PortSnapshot, SnapshotImage};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
 pub(crate) use slate_engine::{Bytes, MailboxSnapshot, PropertySnapshot};
