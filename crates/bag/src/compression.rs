@@ -1,5 +1,6 @@
 //! Compression of the records of a chunk.
 
+use std::borrow::Cow;
 use std::io::{Read, Write};
 
 use super::MAXIMUM_RECORD;
@@ -23,16 +24,15 @@ impl Compression {
         }
     }
 
-    pub(super) fn compress(self, records: &[u8], out: &mut Vec<u8>) -> std::io::Result<()> {
+    pub(super) fn compress(self, records: &[u8]) -> std::io::Result<Cow<'_, [u8]>> {
         match self {
-            Self::None => out.extend(records),
+            Self::None => Ok(Cow::Borrowed(records)),
             Self::Lz4 => {
-                let mut encoder = lz4_flex::frame::FrameEncoder::new(out);
+                let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
                 encoder.write_all(records)?;
-                encoder.finish()?;
+                Ok(Cow::Owned(encoder.finish()?))
             }
         }
-        Ok(())
     }
 }
 

@@ -100,7 +100,7 @@ impl Reader<BufReader<File>> {
     /// Opens a file.
     ///
     /// # Errors
-    /// When it can't be read, or is no whole MCAP file.
+    /// When it can't be read, or is not a whole MCAP file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::new(buffered(path.as_ref())?, path)
     }
@@ -125,7 +125,7 @@ impl<R: Read + Seek> Reader<R> {
     /// Creates a reader of a file or of memory; errors name it as `path`.
     ///
     /// # Errors
-    /// When it can't be read, or is no whole MCAP file.
+    /// When it can't be read, or is not a whole MCAP file.
     pub fn new(input: R, path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::read(input, path.as_ref(), false)
     }

@@ -12,10 +12,11 @@ use super::record::{
     MessageIndex, MessageRecord, Metadata, MetadataIndex, Record, Rest, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
+use super::repeated::{REPEATED, Repeated};
 use super::source::RecordFrame;
 use super::{Error, MAXIMUM_RECORD};
 
-/// Bytes of records after which a chunk is closed.
+/// Default size of the records of a chunk, bytes.
 const CHUNK_SIZE: usize = 1 << 20;
 
 /// Writes a file with all checksums, indexes and statistics that the format knows.
@@ -25,6 +26,8 @@ pub struct Writer<W> {
     position: u64,
     crc: crc32fast::Hasher,
     compression: Compression,
+    /// Size of the records after which a chunk is closed, bytes.
+    chunk_size: usize,
     definitions: Definitions,
     /// The records of the chunk that is open.
     records: Vec<u8>,
@@ -54,6 +57,7 @@ impl<W: Write> Writer<W> {
             position: 0,
             crc: crc32fast::Hasher::new(),
             compression,
+            chunk_size: CHUNK_SIZE,
             definitions: Definitions::default(),
             records: Vec::new(),
             content: Content::default(),
@@ -67,6 +71,12 @@ impl<W: Write> Writer<W> {
         writer.put(&MAGIC)?;
         writer.record(header)?;
         Ok(writer)
+    }
+
+    /// Closes chunks at another size of their records, in bytes.
+    #[must_use]
+    pub fn with_chunk_size(self, chunk_size: usize) -> Self {
+        Self { chunk_size, ..self }
     }
 
     fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
@@ -151,7 +161,7 @@ impl<W: Write> Writer<W> {
             let what = format!("a message has {} bytes, and may have {}", data.len(), MAXIMUM_RECORD / 2);
             return Err(self.unfit(what));
         }
-        if self.records.len() + data.len() > CHUNK_SIZE {
+        if self.records.len().saturating_add(data.len()) > self.chunk_size {
             self.close_chunk()?;
         }
         let message =
@@ -171,9 +181,9 @@ impl<W: Write> Writer<W> {
         }
         let records = std::mem::take(&mut self.records);
         let content = std::mem::take(&mut self.content);
-        let mut compressed = Vec::new();
-        self.compression
-            .compress(&records, &mut compressed)
+        let compressed = self
+            .compression
+            .compress(&records)
             .map_err(|source| Error::Write { path: self.path.clone(), source })?;
         let chunk = Chunk {
             message_start_time: content.times.0,
@@ -187,6 +197,27 @@ impl<W: Write> Writer<W> {
         self.records = records;
         self.records.clear();
         Ok(())
+    }
+
+    /// Closes the open chunk, and repeats definitions behind it, so that its damage takes no other chunk with it.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub fn close_chunk_with(&mut self, repeated: &mut Repeated) -> Result<(), Error> {
+        self.close_chunk()?;
+        let Some(body) = repeated.take() else { return Ok(()) };
+        self.put(&[REPEATED])?;
+        self.put(&(body.len() as u64).to_le_bytes())?;
+        self.put(&body)
+    }
+
+    /// Closes the open chunk and flushes the output.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub fn flush(&mut self) -> Result<(), Error> {
+        self.close_chunk()?;
+        self.out.flush().map_err(|source| Error::Write { path: self.path.clone(), source })
     }
 
     /// Writes a chunk unchanged from another file.
@@ -303,8 +334,7 @@ impl<W: Write> Writer<W> {
         footer.summary_crc = self.crc.clone().finalize();
         self.record(&footer)?;
         self.put(&MAGIC)?;
-        let path = &self.path;
-        self.out.flush().map_err(|source| Error::Write { path: path.clone(), source })?;
+        self.flush()?;
         Ok(self.out)
     }
 

@@ -282,7 +282,7 @@ impl RecordingControl for Recorder {
                     true => {
                         "start the agent with a larger one, such as --set record.flight.largest='\"1MiB\"'"
                     }
-                    false => "see `select` and `exclude` of [record], and start the agent anew",
+                    false => "see `select` and `exclude` of [record], and restart the agent",
                 },
             ));
         }

@@ -190,7 +190,7 @@ impl DiskQueue {
         while self.waiting() > most {
             let still = state.since.map_or(Duration::ZERO, |since| since.elapsed());
             if still >= timeout {
-                return Err(format!("the disk has taken nothing for {} s", still.as_secs()));
+                return Err(format!("the disk has accepted no data for {} s", still.as_secs()));
             }
             state = self.wait(state, timeout.saturating_sub(still));
         }

@@ -9,10 +9,7 @@ use super::disk::{Disk, DiskQueue};
 use super::hub::{FIRST_TOPIC_ID, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::RecordingHeader;
-use mcap::records::MessageHeader;
-use mcap::write::{Metadata, NoSeek};
-use mcap::{Attachment, WriteOptions};
-use slate_bag::{self as storage, REPEATED, Repeated};
+use slate_bag::{self as bag, Attachment, Compression, Header, Metadata, Repeated, Schema, Writer};
 use slate_blackboard::{Access, Stamp};
 use slate_ros_messages as ros;
 use slate_sorted::SortedMap;
@@ -30,19 +27,26 @@ pub(super) struct Limits {
     pub buffer: u64,
 }
 
+/// Name of the file in errors that no recorder names.
+const RECORDING: &str = "recording";
+
 /// Maximum time until the disk reports that nothing can be written at all.
 const OPEN_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// An MCAP file that is being written.
 pub(super) struct File {
     /// Writer of the file; `None` once it is closed.
-    writer: Option<mcap::Writer<NoSeek<Disk>>>,
+    writer: Option<Writer<Disk>>,
     disk: Arc<DiskQueue>,
     /// Channels by their numbers at the recorder.
     channels: Vec<Option<u16>>,
     /// Channels of mailboxes, by number and sender.
     mailboxes: SortedMap<(u32, u32), u16>,
     others: SortedMap<u32, u16>,
+    /// Schemas by name and definition.
+    schemas: SortedMap<(String, String), u16>,
+    /// Channels that were defined.
+    channel_count: u16,
     /// Channels by their content.
     /// A property that is created anew, because links changed, continues in the channel of the one before.
     known: SortedMap<ChannelKey, u16>,
@@ -71,20 +75,18 @@ impl File {
         limits: Limits,
     ) -> Result<Self, String> {
         let (own, disk) = Disk::start(writer).map_err(|error| error.to_string())?;
-        let options = WriteOptions::new()
-            .profile("ros2")
-            .library(format!("slate {}", env!("CARGO_PKG_VERSION")))
-            .compression(None)
-            // Pieces are closed here, by size and time. They are kept in memory until then, as otherwise a file that
-            // ends in one would have a piece of a wrong length.
-            .chunk_size(None)
-            .disable_seeking(true);
+        let header =
+            Header { profile: "ros2".into(), library: format!("slate {}", env!("CARGO_PKG_VERSION")) };
+        let bag = Writer::new(own, RECORDING, &header, Compression::None).map_err(text)?;
         let mut file = Self {
-            writer: Some(options.create(NoSeek::new(own)).map_err(text)?),
+            // Pieces are closed here, by size and time.
+            writer: Some(bag.with_chunk_size(usize::MAX)),
             disk,
             channels: Vec::new(),
             mailboxes: SortedMap::new(),
             others: SortedMap::new(),
+            schemas: SortedMap::new(),
+            channel_count: 0,
             known: SortedMap::new(),
             repeated: Repeated::default(),
             epoch: recording_header.epoch,
@@ -107,7 +109,7 @@ impl File {
                 media_type: media_type.into(),
                 data: data.into(),
             };
-            file.writer()?.attach(&attachment).map_err(text)?;
+            file.writer()?.attachment(&attachment).map_err(text)?;
         }
         file.writer()?.flush().map_err(text)?;
         // A disk that is slow is no reason not to begin.
@@ -115,14 +117,12 @@ impl File {
         file.disk.failure().map_or(Ok(file), Err)
     }
 
-    fn writer(&mut self) -> Result<&mut mcap::Writer<NoSeek<Disk>>, String> {
+    fn writer(&mut self) -> Result<&mut Writer<Disk>, String> {
         self.writer.as_mut().ok_or_else(|| "it is closed".into())
     }
 
     fn metadata(&mut self, name: &str, metadata: SortedMap<String, String>) -> Result<(), String> {
-        self.writer()?
-            .write_metadata(&Metadata { name: name.into(), metadata: metadata.into_iter().collect() })
-            .map_err(text)
+        self.writer()?.metadata(&Metadata { name: name.into(), metadata }).map_err(text)
     }
 
     fn add(&mut self, channel: &Channel, sender: Option<u32>) -> Result<u16, String> {
@@ -162,16 +162,19 @@ impl File {
         topic: &str,
         metadata: SortedMap<String, String>,
     ) -> Result<u16, String> {
-        let writer = self.writer()?;
-        let encoding = "ros2msg";
-        let schema_id = writer.add_schema(schema, encoding, definition.as_bytes()).map_err(text)?;
-        let id = writer
-            .add_channel(schema_id, topic, "cdr", &metadata.clone().into_iter().collect())
-            .map_err(text)?;
-        let (name, encoding, data) = (schema.into(), encoding.into(), definition.into());
-        let schema = storage::Schema { id: schema_id, name, encoding, data };
+        let full = |what: &str| format!("a file has at most {} {what}", u16::MAX);
+        let content = (schema.to_owned(), definition.to_owned());
+        let next = u16::try_from(self.schemas.len() + 1).map_err(|_| full("schemas"))?;
+        let schema_id = *self.schemas.entry(content).or_insert(next);
+        let id = self.channel_count.checked_add(1).ok_or_else(|| full("channels"))?;
+        let (name, data) = (schema.into(), definition.into());
+        let schema = Schema { id: schema_id, name, encoding: "ros2msg".into(), data };
         let (topic, message_encoding) = (topic.into(), "cdr".into());
-        self.repeated.add(&schema, &storage::Channel { id, schema_id, topic, message_encoding, metadata });
+        let channel = bag::Channel { id, schema_id, topic, message_encoding, metadata };
+        let writer = self.writer()?;
+        writer.schema(&schema).and_then(|()| writer.channel(&channel)).map_err(text)?;
+        self.channel_count = id;
+        self.repeated.add(&schema, &channel);
         Ok(id)
     }
 
@@ -187,13 +190,10 @@ impl File {
 
     fn write(&mut self, channel_id: u16, stamp: Stamp, time: u64, bytes: &[u8]) -> Result<(), String> {
         // The format counts in 32 bits.
-        let header = MessageHeader {
-            channel_id,
-            sequence: stamp.sequence as u32,
-            log_time: self.epoch.saturating_add(time),
-            publish_time: self.epoch.saturating_add(stamp.time),
-        };
-        self.writer()?.write_to_known_channel(&header, bytes).map_err(text)?;
+        let sequence = stamp.sequence as u32;
+        let (log_time, publish_time) =
+            (self.epoch.saturating_add(time), self.epoch.saturating_add(stamp.time));
+        self.writer()?.message(channel_id, sequence, log_time, publish_time, bytes).map_err(text)?;
         self.open += MESSAGE_HEAD_SIZE + bytes.len() as u64;
         if self.open >= self.limits.chunk { self.close_piece() } else { Ok(()) }
     }
@@ -258,11 +258,12 @@ impl File {
     /// Closes the current piece: its content is then handed over to the disk's thread.
     pub fn close_piece(&mut self) -> Result<(), String> {
         (self.open, self.urgent) = (0, false);
-        self.writer()?.flush().map_err(text)?;
-        let Some(repeated) = self.repeated.take() else { return Ok(()) };
-        let writer = self.writer()?;
-        writer.write_private_record(REPEATED, &repeated, Default::default()).map_err(text)?;
-        writer.flush().map_err(text)
+        let mut repeated = std::mem::take(&mut self.repeated);
+        let closed = self.writer().and_then(|writer| {
+            writer.close_chunk_with(&mut repeated).and_then(|()| writer.flush()).map_err(text)
+        });
+        self.repeated = repeated;
+        closed
     }
 
     /// Returns true if the current piece has content.
@@ -348,7 +349,7 @@ impl File {
             self.written_drops.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
         self.metadata("dropped", drops)?;
         self.metadata(name, end)?;
-        if let Some(mut writer) = self.writer.take() {
+        if let Some(writer) = self.writer.take() {
             writer.finish().map_err(text)?;
         }
         self.disk.settle_in_time(0)
@@ -383,10 +384,10 @@ impl Sink for File {
 /// Size of a message without its content, bytes.
 const MESSAGE_HEAD_SIZE: u64 = 31;
 
-/// Returns the text of an error; of one of the system, its own.
-fn text(error: mcap::McapError) -> String {
+/// Returns the text of an error; the recorder names the file.
+fn text(error: bag::Error) -> String {
     match error {
-        mcap::McapError::Io(error) => error.to_string(),
+        bag::Error::Write { source, .. } => source.to_string(),
         other => other.to_string(),
     }
 }

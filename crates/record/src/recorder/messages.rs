@@ -9,7 +9,7 @@ use slate_runtime::recording::Change;
 use super::hub::FIRST_TOPIC_ID;
 use slate_ros_messages::Schema;
 
-/// A topic that is no property.
+/// A topic that is not a property.
 pub struct Topic {
     /// Number among the channels of the rings.
     pub id: u32,

@@ -203,7 +203,7 @@ impl ActiveRecording {
     pub fn fail_after(&mut self, timeout: Duration) {
         let stall = self.file.stall_duration();
         if stall >= timeout {
-            self.file.note(Err(format!("the disk has taken nothing for {} s", stall.as_secs())));
+            self.file.note(Err(format!("the disk has accepted no data for {} s", stall.as_secs())));
         }
     }
 

@@ -208,7 +208,7 @@ fn a_stalled_disk_delays_neither_agent_nor_last_seconds() {
         let status = recorder.status();
         assert!(status.recordings[0].dropped > 500, "{status:?}");
         wait_for("a line that says so", || {
-            let said = "the disk of the recording here has taken nothing for";
+            let said = "the disk of the recording here has accepted no data for";
             log.lines().iter().any(|line| line.text.contains(said))
         });
         stopper.stop();
