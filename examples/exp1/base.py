@@ -1,4 +1,4 @@
-"""A robot as nodes of ROS 2 know it: a base that drives by /cmd_vel, with a laser, a positioning system and a compass.
+"""A robot as ROS 2 nodes know it: a base that drives by /cmd_vel, with a laser, a positioning system and a compass.
 
 It is simulated here: a disc among the walls of a room, with a pillar in it. `python3 base.py`, with ROS 2's rclpy.
 EXP1 and the robot of examples/mapping drive it.

@@ -42,7 +42,7 @@ pub fn run(bytes: &[u8]) {
                 assert!(!refusal.message.is_empty(), "refused without a word");
                 assert!(state(&mut client) == before, "refused, and something has changed");
             }
-            // What is no URL is no request; a stream is no JSON.
+            // What is not a URL is not a request; a stream is no JSON.
             Err(ClientError::InvalidAnswer { .. }) => return,
             Err(error) => panic!("{error}"),
         }

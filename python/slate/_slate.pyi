@@ -13,7 +13,7 @@ class AgentError(Exception):
     """Error of a request to an agent."""
 
 class NoAgent(AgentError):
-    """No agent of that name runs on this computer."""
+    """No agent of that name runs on this machine."""
 
 class AgentUnreachable(AgentError):
     """The agent does not answer, or the connection broke."""
@@ -42,7 +42,7 @@ class Connection:
     def stop(self, reason: str) -> None: ...
 
 def agents() -> list[str]:
-    """Names of the agents that run on this computer."""
+    """Names of the agents that run on this machine."""
 
 def agent_of(process: int) -> str | None:
     """Name of the agent that a process runs; None if it runs none."""

@@ -20,7 +20,7 @@ from .settings import setting
 def connect(name: str | None = None, *, token: str | None = None, certificate: str | os.PathLike[str] | None = None) -> Agent:
     """Connects to an agent.
 
-    `name` is that of an agent of this computer, or an address such as `https://robot.local:7878`; without one it is
+    `name` is that of an agent of this machine, or an address such as `https://robot.local:7878`; without one it is
     that in the variable SLATE_AGENT, or the only agent that runs. `token` is the secret of a role for an address
     (default: the variable SLATE_TOKEN), `certificate` the file of the certificates to trust.
 

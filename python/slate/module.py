@@ -465,7 +465,7 @@ class Module:
 
     def _restore(self, state: Any) -> None:
         if not isinstance(state, dict):
-            raise ValueError("it is no table")
+            raise ValueError("it is not a table")
         values = {}
         for name, first in self._state.items():
             if name not in state:

@@ -13,14 +13,14 @@ use slate_control::{Client, ClientError};
 use crate::worker::{Job, Worker};
 
 create_exception!(slate, AgentError, PyException, "Error of a request to an agent.");
-create_exception!(slate, NoAgent, AgentError, "No agent of that name runs on this computer.");
+create_exception!(slate, NoAgent, AgentError, "No agent of that name runs on this machine.");
 create_exception!(slate, AgentUnreachable, AgentError, "The agent does not answer, or the connection broke.");
 create_exception!(slate, VersionMismatch, AgentError, "The agent has another version of the operations.");
 create_exception!(slate, Refused, AgentError, "The agent refuses; `help`, `code` and `report` say more.");
 
 /// Address of an agent.
 enum Target {
-    /// Name of an agent of this computer.
+    /// Name of an agent of this machine.
     Local(String),
     Remote(Access),
 }
@@ -37,7 +37,7 @@ pub struct Connection {
 
 #[pymethods]
 impl Connection {
-    /// Connects to an agent of this computer.
+    /// Connects to an agent of this machine.
     #[staticmethod]
     fn local(py: Python<'_>, name: String) -> PyResult<Self> {
         Self::open(py, Target::Local(name))
@@ -49,7 +49,7 @@ impl Connection {
     #[pyo3(signature = (address, token, certificate=None))]
     fn remote(py: Python<'_>, address: &str, token: String, certificate: Option<PathBuf>) -> PyResult<Self> {
         let address: Address = address.parse().map_err(|reason| {
-            PyValueError::new_err(format!("`{address}` is no address of an agent: {reason}"))
+            PyValueError::new_err(format!("`{address}` is not an address of an agent: {reason}"))
         })?;
         let browser = address.to_string();
         Self::open(py, Target::Remote(Access { address, browser, token, certificate }))

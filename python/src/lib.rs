@@ -35,7 +35,7 @@ mod _slate {
     use pyo3::prelude::*;
     use slate_runtime::directory;
 
-    /// Names of the agents that run on this computer.
+    /// Names of the agents that run on this machine.
     #[pyfunction]
     fn agents() -> Vec<String> {
         directory::agents()

@@ -73,7 +73,7 @@ impl Probe {
 
 /// Finds a field or list of numbers, such as `/r2/sonar/value/echoes/*/range`.
 fn find(board: &Board, url: &str) -> Result<(Arc<Property>, NumberSpan), String> {
-    // `*` is no part of a path on the board.
+    // `*` is not part of a path on the board.
     let path = url.trim_start_matches('/');
     let (place, _) = path.split_once("/*").unwrap_or((path, ""));
     let (property, field) = board.find(place).map_err(|error| error.to_string())?;

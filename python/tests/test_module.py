@@ -402,7 +402,7 @@ slate.Fixture(One), slate.Fixture(Two)
             ({"anything": Place(0.0, 0.0)}, "`anything`: expected a plain value, found Place"),
             ({"pairs": [Gear.FIRST]}, "a Gear can't be saved inside of another value"),
             ({"anything": {1, 2}}, "a set can't be saved here: only None, booleans"),
-            ({"anything": {1: 2}}, "the key 1 of a dict is no text"),
+            ({"anything": {1: 2}}, "the key 1 of a dict is not a text"),
         ]:
             with self.assertRaises((ValueError, TypeError)) as raised:
                 self.restored(**state)

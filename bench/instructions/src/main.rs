@@ -80,7 +80,7 @@ fn expected(text: &str, name: &str) -> Result<f64, String> {
     let found = lines.find_map(|(number, known)| (known.trim() == name).then(|| number.parse()));
     match found {
         Some(Ok(number)) => Ok(number),
-        Some(Err(_)) => Err(format!("{EXPECTED}: what stands before `{name}` is no number")),
+        Some(Err(_)) => Err(format!("{EXPECTED}: what stands before `{name}` is not a number")),
         None => Err(format!("{EXPECTED}: there is no line `COUNT {name}`; `--write` adds it")),
     }
 }

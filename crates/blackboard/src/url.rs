@@ -10,7 +10,7 @@ pub struct Url {
     path: String,
 }
 
-/// Error of a text that is no URL.
+/// Error of a text that is not a URL.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is not a property's URL: {reason}")]
 pub struct UrlError {

@@ -60,7 +60,7 @@ fn invalid_pattern_is_refused_with_reason() {
     for text in ["", "/", "a//b", "a/", "//a", "a*", "*b/c", "***", "a b", "ä", "slate://base/a"] {
         let error = Pattern::parse(text).unwrap_err();
         assert_eq!(error.text, text);
-        assert!(error.to_string().starts_with(&format!("`{text}` is no pattern")), "{error}");
+        assert!(error.to_string().starts_with(&format!("`{text}` is not a pattern")), "{error}");
     }
 }
 

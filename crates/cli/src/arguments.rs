@@ -135,7 +135,7 @@ pub enum Verb {
         /// URL, such as `/r2/planner/params/max_linear_velocity` or `/mission/target`
         #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         url: String,
-        /// New value: a number, a text, TOML such as `{ x = 1.5, y = 0.0 }`, or JSON
+        /// New value: a number, a string, TOML such as `{ x = 1.5, y = 0.0 }`, or JSON
         #[arg(allow_negative_numbers = true)]
         value: String,
         /// Print the changes as JSON
@@ -144,7 +144,7 @@ pub enum Verb {
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Send a message to a mailbox
+    /// Send a message to an inbox
     Send(SendOptions),
     /// Print the values of properties as they arrive
     #[command(visible_alias = "echo")]
@@ -194,9 +194,9 @@ pub enum Verb {
     /// Serve an agent to a language model
     /// over the Model Context Protocol on stdio or HTTP
     Mcp(McpOptions),
-    /// Check that this machine can run a robot (exit code 7 if not)
+    /// Check thon this machine can run a robot (exit code 7 if not)
     Doctor(DoctorOptions),
-    /// Measure algorithms on published data (exit code 7 if a goal is missed)
+    /// Evaluate algorithms on public datasets (exit code 7 if a goal is missed)
     #[command(subcommand)]
     Evaluate(EvaluateVerb),
     /// List nodes, topics and services of ROS 2, and print and measure topics

@@ -217,7 +217,7 @@ pub struct TimeSpan {
 fn format_named(name: &str) -> Result<logs::Format, String> {
     logs::Format::named(name).ok_or_else(|| {
         let names: Vec<_> = logs::Format::ALL.iter().map(|format| format.name()).collect();
-        format!("known are {}", names.join(", "))
+        format!("known: {}", names.join(", "))
     })
 }
 

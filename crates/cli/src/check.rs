@@ -201,7 +201,7 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
     let warnings = findings.count("warning");
     output::line(match errors {
         0 => format!(
-            "{} is good: {}, {}, {}, {}{}",
+            "{} is valid: {}, {}, {}, {}{}",
             options.name,
             number(agents, "agent"),
             number(modules, "module"),
@@ -220,7 +220,7 @@ struct CheckedConfiguration {
     links: usize,
     /// Limits of gates that are not written.
     limits: Vec<GateLimits>,
-    /// Findings that are no errors, but suspicious.
+    /// Findings that are not errors, but suspicious.
     warnings: Vec<Diagnostic>,
 }
 

@@ -32,7 +32,7 @@ impl AgentOption {
         self.agent.clone().or_else(default_agent)
     }
 
-    /// Returns the given address, if it is no name.
+    /// Returns the given address, if it is not a name.
     fn address(&self) -> Option<String> {
         self.name_or_address().filter(|given| given.contains("://"))
     }

@@ -206,7 +206,7 @@ fn limit(name: &str) -> Option<Option<u64>> {
 
 fn realtime() -> HealthFinding {
     let runtime = fs::read_to_string("/sys/kernel/realtime").is_ok_and(|text| text.trim() == "1");
-    let kernel = if runtime { "a real-time kernel" } else { "a kernel for general use" };
+    let kernel = if runtime { "a real-time kernel" } else { "a general-purpose kernel" };
     match limit("Max realtime priority") {
         Some(None) => HealthFinding::good("real time", format!("{kernel}; any priority is allowed")),
         Some(Some(priority)) if priority > 0 => {
@@ -234,7 +234,7 @@ fn memory_locks() -> HealthFinding {
         Some(Some(bytes)) => {
             HealthFinding::good("memory", format!("{} may be locked", duration::bytes(bytes as f64)))
         }
-        _ => HealthFinding::good("memory", "as much as there is may be locked"),
+        _ => HealthFinding::good("memory", "no limit on locked memory"),
     }
 }
 
@@ -297,7 +297,7 @@ fn shared_memory() -> HealthFinding {
         }
         Err(error) => HealthFinding::warning(
             "shared memory",
-            format!("/dev/shm can't be looked at: {error}"),
+            format!("/dev/shm can't be read: {error}"),
             "values between agents of one machine go through sockets, which is slower",
         ),
     }

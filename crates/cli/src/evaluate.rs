@@ -1,4 +1,4 @@
-//! Algorithms on published data.
+//! Algorithms on public datasets.
 
 #[cfg(feature = "evaluate")]
 mod figures;
@@ -35,7 +35,7 @@ pub enum EvaluateVerb {
 
 #[derive(Debug, Args)]
 pub struct EvaluateOptions {
-    /// Folder with the published data
+    /// Folder with the public datasets
     #[arg(long, value_name = "FOLDER")]
     // Without the feature the command says that first, and not that the folder is missing.
     #[cfg_attr(not(feature = "evaluate"), arg(default_value = "", hide_default_value = true))]

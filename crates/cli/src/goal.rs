@@ -22,11 +22,11 @@ pub struct GoalOptions {
     #[arg(value_name = "X Y [HEADING]|PLACE", num_args = 1..=3, allow_negative_numbers = true, required_unless_present = "change")]
     goal: Vec<String>,
 
-    /// Append the goal to those that the robot has
+    /// Append the goal to the robot's goals
     #[arg(long)]
     append: bool,
 
-    /// Drive slowly and straight to the goal at its end, as to a charger
+    /// Approach the goal slowly in a straight line, such as a charger
     #[arg(long)]
     dock: bool,
 
@@ -57,11 +57,11 @@ struct GoalChange {
     #[arg(long)]
     pause: bool,
 
-    /// Let it continue after a pause
+    /// Resume the robot after a pause
     #[arg(long)]
     resume: bool,
 
-    /// Give its goals up
+    /// Cancel its goals
     #[arg(long)]
     cancel: bool,
 }

@@ -87,7 +87,7 @@ fn main() -> ExitCode {
     completions::answer();
     let arguments = match parsed() {
         Ok(arguments) => arguments,
-        // Help and version are no errors; requested text goes to stdout, errors to stderr.
+        // Help and version are not errors; requested text goes to stdout, errors to stderr.
         Err(Failure::Words(error)) if !error.use_stderr() => {
             output::note(error.print().and_then(|()| std::io::stdout().flush()));
             return ExitCode::from(if output::is_lost() { 2 } else { 0 });

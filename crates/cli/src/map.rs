@@ -71,7 +71,7 @@ fn save(agent: &AgentOption, file: &Path, url: Option<&str>) -> Result<(), Failu
     };
     let reading = client.read(&url).map_err(|error| urls::unknown(&mut client, &url, error))?;
     let reading = reading.ok_or_else(|| Failure::NoValue(format!("{url} has no map yet")))?;
-    let no_map = || Failure::NoValue(format!("{url} is no map: expected a valid `{MAP_INTERFACE}`"));
+    let no_map = || Failure::NoValue(format!("{url} is not a map: expected a valid `{MAP_INTERFACE}`"));
     let grid: GridReading = serde_json::from_value(reading.value).map_err(|_| no_map())?;
     let OriginReading { x, y, theta } = grid.origin;
     let size = [grid.width, grid.height];

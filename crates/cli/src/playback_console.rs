@@ -18,7 +18,7 @@ mod built_in {
         surface.add_documents(world);
     }
 
-    /// Starts the console of a replayed recording, at this computer alone.
+    /// Starts the console of a replayed recording, on this machine alone.
     /// Addresses and secrets of the recorded run apply to that run only. The world is that of the recorded
     /// configuration, if it can still be read.
     pub fn open_playback(surface: Arc<ControlSurface>, file: &Path) -> Option<Console> {

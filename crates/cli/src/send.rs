@@ -10,7 +10,7 @@ use crate::{complete, output, value_input};
 
 #[derive(Debug, Args)]
 pub struct SendOptions {
-    /// URL of a mailbox, such as `/mapper/strokes`; `slate tree` marks them
+    /// URL of an inbox, such as `/mapper/strokes`; `slate tree` marks them
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     url: String,
 

@@ -1,5 +1,5 @@
 //! Token by which a remote agent identifies the caller.
-//! A secret is no argument of a command, which all users of a computer see; it is in the variable `SLATE_TOKEN`, or in
+//! A secret is no argument of a command, which all users of a machine see; it is in the variable `SLATE_TOKEN`, or in
 //! a file that this names as `@FILE`.
 
 use std::os::unix::fs::MetadataExt;

@@ -38,7 +38,7 @@ fn new_interface_is_compared_with_a_later_version() {
         assert_ne!(changed, source);
         std::fs::write(running.folder().join(name), changed).unwrap();
     };
-    // What it is said to be is no part of the layout.
+    // What it is said to be is not part of the layout.
     version("words.rs", "At the poles.", "Between the poles.");
     let said = running.done(&["interface", "diff", "battery.rs", "words.rs"]);
     assert!(said.contains("BatteryState: compatible") && said.contains("voltage"), "{said}");
@@ -63,13 +63,17 @@ fn documentation_may_have_several_lines() {
         "new",
         "Battery",
         "--doc",
-        "How full it is.\n\npub what: u8, // is no code",
+        "How full it is.\n\npub what: u8, // is not a code",
         "--field",
         "charge:f64::From 0\nto 1.",
     ]);
-    for line in
-        ["/// How full it is.", "///", "/// pub what: u8, // is no code", "    /// From 0", "    /// to 1."]
-    {
+    for line in [
+        "/// How full it is.",
+        "///",
+        "/// pub what: u8, // is not a code",
+        "    /// From 0",
+        "    /// to 1.",
+    ] {
         assert!(said.lines().any(|other| other == line), "{line}: {said}");
     }
     std::fs::write(running.folder().join("battery.rs"), &said).unwrap();
@@ -134,7 +138,7 @@ fn exported_headers_lay_values_out_as_rust_does() {
         let of = format!("slate::detail::Schema<interfaces::{name}>");
         cpp += &format!("static_assert({of}::hash == {hash}U && {of}::layout.size == {size}, \"{name}\");\n");
         for field in descriptor.fields {
-            // The tail is no member.
+            // The tail is not a member.
             if descriptor.tail().is_none() || Some(field) != descriptor.fields.last() {
                 let (field, offset) = (field.name, field.offset);
                 c += &format!("_Static_assert(offsetof({name}, {field}) == {offset}, \"{name}.{field}\");\n");

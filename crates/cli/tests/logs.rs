@@ -111,7 +111,7 @@ fn a_wrong_log_line_is_named_with_a_way_to_go_on() {
     );
     let wrong = slate(&folder, &["bag", "import", "a.log", "--format", "excel", "--out", "b.mcap"]);
     assert!(
-        text(&wrong.stderr).contains("known are mcap, carmen, openrdk, bblogger, rosbag1, rosbag2"),
+        text(&wrong.stderr).contains("known: mcap, carmen, openrdk, bblogger, rosbag1, rosbag2"),
         "{wrong:?}"
     );
     let other = slate(&folder, &["bag", "import", "a.log", "--format", "rosbag1", "--out", "b.mcap"]);

@@ -80,8 +80,7 @@ fn a_defect_is_printed_with_the_way_to_it() {
     let output = running.call(&["mission", "check", "trap.pnml"]);
     assert_eq!(output.status.code(), Some(7));
     let said = text(&output.stdout);
-    let expected =
-        "error: trap: deadlock: nothing can happen with nook\n  after in ([in])\ntrap: not sound; ";
+    let expected = "error: trap: deadlock: no transition is enabled in the marking nook\n  after in ([in])\ntrap: not sound; ";
     assert!(said.starts_with(expected), "{said}");
     let drawing = running.done(&["mission", "show", "trap.pnml"]);
     let document = roxmltree::Document::parse(&drawing).unwrap();

@@ -16,7 +16,7 @@ fn run(running: &Running, name: &str, passed: &str) -> Value {
     std::fs::create_dir_all(folder.join("target/debug")).unwrap();
     std::fs::copy(built_plugin(&library), folder.join("target/debug").join(library)).unwrap();
     let configuration = format!("{name}/{name}.toml");
-    assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
+    assert!(running.done(&["check", &configuration, "--strict"]).contains("is valid"));
     let out = format!("{name}/out");
     let run = ["run", &configuration, "--headless", "--json", "--set", "record.enabled=true", "--out", &out];
     let summary = json(&running.call(&run));
@@ -51,7 +51,7 @@ fn a_library_runs_its_robot_as_the_program_does() {
     running.done(&["new", "pathfinder-two"]);
     let configured = run(&running, "pathfinder-two", "2 passed");
     let library = "pathfinder-two/target/debug/libpathfinder_two.so";
-    assert!(running.done(&["check", library]).contains("is good"));
+    assert!(running.done(&["check", library]).contains("is valid"));
     let built = json(&running.call(&["run", library, "--headless", "--json", "--out", "built"]));
     assert_eq!(built["outcome"], "goal_reached");
     assert_eq!(built["digest"], configured["digest"]);
@@ -102,7 +102,7 @@ fn build_and_run(name: &str, language: &str, files: &[&str]) {
     let info = running.done(&["plugin", "info", &format!("{name}/build/lib{kind}.so")]);
     assert!(info.contains(&format!("{kind} 0.1.0")) && info.contains("Turns to the target"), "{info}");
     let configuration = format!("{name}/{name}.toml");
-    assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
+    assert!(running.done(&["check", &configuration, "--strict"]).contains("is valid"));
     let summary = json(&running.call(&["run", &configuration, "--headless", "--json", "--seed", "1"]));
     assert_eq!(summary["outcome"], "goal_reached", "{summary}");
 }

@@ -187,16 +187,16 @@ fn every_verb_works_remotely_within_the_rights_of_its_role() {
 fn local_paths_are_not_taken_for_remote_ones() {
     let all = Elsewhere::new("elsewhere-files");
     let call = |arguments: &[&str]| all.call("developer", arguments);
-    says(&call(&["record", "start", "--out", "here/run.mcap"]), 2, &["file of this computer", "run.mcap"]);
-    says(&call(&["snapshot", "save", "/tmp/now.snapshot"]), 2, &["file of this computer"]);
-    says(&call(&["trace", "--out", "../trace.json"]), 2, &["file of this computer"]);
+    says(&call(&["record", "start", "--out", "here/run.mcap"]), 2, &["file of this machine", "run.mcap"]);
+    says(&call(&["snapshot", "save", "/tmp/now.snapshot"]), 2, &["file of this machine"]);
+    says(&call(&["trace", "--out", "../trace.json"]), 2, &["file of this machine"]);
     says(&call(&["record", "start", "--out", "run.sh"]), 5, &["can't be the name of a recording"]);
     for verb in [
         &["plugin", "load", "target/libx.so"][..],
         &["plugin", "reload", "slate-wheeled", "libx.so"],
         &["plugin", "shadow", "slate-wheeled", "libx.so"],
     ] {
-        says(&call(verb), 5, &["can't be named over the network", "at the computer of the agent"]);
+        says(&call(verb), 5, &["can't be named over the network", "on the agent's machine"]);
     }
     // A run is here, whatever agent is usual.
     says(&call(&["run", "exp1", "--agent", &all.address]), 2, &["exp1"]);
@@ -215,7 +215,7 @@ fn a_secret_is_found_given_or_refused() {
     let viewer = json(&all.agent.call(&["console", "--agent", address, "--role", "viewer", "--json"]));
     assert_eq!(viewer["role"], "viewer");
     // Elsewhere they have to be said.
-    says(&all.user.call(&list), 5, &["no secret", "SLATE_TOKEN"]);
+    says(&all.user.call(&list), 5, &["no token", "SLATE_TOKEN"]);
     let with = |token: &str| all.user.command(&list).env("SLATE_TOKEN", token).output().unwrap();
     assert!(with(&all.token("viewer")).status.success());
     says(&with(&"0".repeat(64)), 5, &["the token is unknown", "SLATE_TOKEN"]);
@@ -275,7 +275,7 @@ struct Cable {
 impl Cable {
     fn to(address: &str) -> Self {
         let there = address.split_once("://").unwrap().1.to_owned();
-        // The same port at another address of this computer, so that the agent is called by a name that it has.
+        // The same port at another address of this machine, so that the agent is called by a name that it has.
         let port = there.rsplit_once(':').unwrap().1;
         let listener = TcpListener::bind(format!("127.0.0.2:{port}")).unwrap();
         let (is_cut, own) = (Arc::new(AtomicBool::new(false)), listener.local_addr().unwrap());
@@ -447,7 +447,7 @@ fn an_agent_with_a_certificate_is_queried_over_tls() {
         sets.iter().for_each(|set| arguments.extend(["--set", set]));
         agent.start("exp1", &arguments);
         wait_for("its console", || agent.call(&["console"]).status.success());
-        // A browser goes by a name that the certificate holds, programs of this computer by its address.
+        // A browser goes by a name that the certificate holds, programs of this machine by its address.
         let held = if name == "own" { "robot.local" } else { "localhost" };
         let link = agent.done(&["console"]);
         let port = link.strip_prefix(&format!("https://{held}:")).unwrap_or_else(|| panic!("{link}"));

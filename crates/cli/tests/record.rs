@@ -215,12 +215,12 @@ fn a_part_of_a_recording_is_not_judged_and_gaps_are_named() {
     assert_eq!((&told["outcome"], code), (&"not_covered".into(), Some(2)));
     let reason = told["reason"].as_str().unwrap();
     assert!(
-        reason.contains("nothing is in it of /simulator/") && reason.contains("slate bag filter"),
+        reason.contains("inputs not recorded: /simulator/") && reason.contains("slate bag filter"),
         "{reason}"
     );
     done(&["bag", "filter", "here/run.mcap", "--from", "1", "--out", "late.mcap"]);
     let (said, code) = verify(&folder, "late.mcap");
-    assert!(said.contains("not all is in it of") && code == Some(2), "{said}");
+    assert!(said.contains("inputs recorded in part:") && code == Some(2), "{said}");
     done(&["run", "exp1", "--headless", "--seed", "9", "--set", "record.enabled=true", "--out", "there"]);
     done(&["bag", "merge", "here/run.mcap", "there/run.mcap", "--interleave", "--out", "both.mcap"]);
     let (said, code) = verify(&folder, "both.mcap");
@@ -237,7 +237,7 @@ fn a_part_of_a_recording_is_not_judged_and_gaps_are_named() {
     std::fs::write(folder.join("without.mcap"), without).unwrap();
     let (said, code) = verify(&folder, "without.mcap");
     let named =
-        said.split_once("nothing is in it of ").is_some_and(|(_, named)| named.contains("/r2/sonar/value"));
+        said.split_once("inputs not recorded: ").is_some_and(|(_, named)| named.contains("/r2/sonar/value"));
     assert!(named && code == Some(2), "{said}");
     // Nor do modules run on that, unless requested.
     for (file, words) in
@@ -255,7 +255,7 @@ fn a_part_of_a_recording_is_not_judged_and_gaps_are_named() {
         let said = text(&output.stdout) + &text(&output.stderr);
         assert!(said.contains("not as it was: ") && said.contains(words), "{said}");
         let is_told = said.contains("first difference") && output.status.code() == Some(2)
-            || said.contains("identical, from less than they had then");
+            || said.contains("identical, with incomplete inputs");
         assert!(is_told, "{said}");
     }
 }
@@ -478,7 +478,7 @@ fn a_run_is_made_again_in_the_world_that_it_was_in() {
     assert!(identical.starts_with("identical, ") && code == Some(0), "{identical}");
     std::fs::write(&world, "it = \"is another one\"").unwrap();
     let (said, code) = verify(&folder, "here/run.mcap");
-    let remark = "worlds/mine.toml is another file now; that of the recording is taken\n";
+    let remark = "worlds/mine.toml has changed since; the recorded version is used\n";
     assert_eq!((said, code), (format!("{identical}{remark}"), Some(0)));
     assert_eq!(verified(&folder, "here/run.mcap").0["replaced"], serde_json::json!(["worlds/mine.toml"]));
     std::fs::remove_file(&world).unwrap();

@@ -90,7 +90,7 @@ fn refusal_of_agent_has_place_and_remedy() {
     running.fails(2, &["config", "set", "loop.period"], &["no `=`"]);
     running.fails(2, &["config", "set"], &["PATH=VALUE"]);
     running.fails(4, &["config", "get", "modules.planer"], &["modules.planer"]);
-    running.fails(5, &["plugin", "load", "slate-wheeled"], &["loaded already"]);
+    running.fails(5, &["plugin", "load", "slate-wheeled"], &["already loaded"]);
     running.fails(4, &["plugin", "load", "exp2"], &["no plugin `exp2`"]);
     running.fails(5, &["plugin", "load", "Cargo.toml"], &["Cargo.toml: can't be read"]);
     running.fails(5, &["plugin", "reload", "slate-wheeled"], &["linked in"]);
@@ -212,7 +212,7 @@ fn a_file_is_edited_and_saved_while_its_agent_runs() {
     assert!(running.done(&["config", "save"]).contains("nothing to save"));
     running.fails(5, &["config", "set", "modules.referee.params.time_limit=-5"], &["outside"]);
     running.done(&["config", "set", "modules.referee.params.time_limit=60"]);
-    running.fails(5, &["config", "save", "--host"], &["no file of this computer"]);
+    running.fails(5, &["config", "save", "--host"], &["no file of this machine"]);
     running.interrupt();
     let output = running.finish();
     let stderr = text(&output.stderr);
@@ -249,7 +249,7 @@ fn a_library_says_what_it_offers_without_being_opened() {
     assert_eq!(outline["name"], "slate-wheeled");
     assert!(outline["modules"][0]["ports"][0]["schema"].is_string(), "{outline}");
     std::fs::write(running.folder().join("text.so"), "no library").unwrap();
-    running.fails(2, &["plugin", "info", "text.so"], &["text.so: is no shared library"]);
+    running.fails(2, &["plugin", "info", "text.so"], &["text.so: is not a shared library"]);
     running.fails(2, &["plugin", "info", "nothing.so"], &["nothing.so: can't be read"]);
 }
 

@@ -136,7 +136,7 @@ fn live_lines_tell_what_robots_do_before_the_summary() {
     ] {
         assert!(display.contains(line), "the display does not say {line}: {display}");
     }
-    assert!(!stdout.contains('\u{1b}'), "output that is no terminal has colors");
+    assert!(!stdout.contains('\u{1b}'), "output that is not a terminal has colors");
 }
 
 #[test]

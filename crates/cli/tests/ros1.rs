@@ -1,4 +1,4 @@
-//! Agents as nodes of ROS 1.
+//! Agents as ROS 1 nodes.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common::Running;

@@ -1,4 +1,4 @@
-//! Agents as nodes of ROS 2.
+//! Agents as ROS 2 nodes.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common::Running;
@@ -25,7 +25,7 @@ fn mismatched_topics_are_reported_before_run() {
     let cases = [
         ("\"/wheels\"", "\"/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
         ("simulator/r2/wheels", "simulator/r2/wheel", "no property at /simulator/r2/wheel"),
-        ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input with values"),
+        ("simulator/r2/wheels", "simulator/r2/odometry", "it is not an input with values"),
         (
             "from = \"simulator/r2/odometry\"",
             "from = \"simulator/r2/odometer\"",

@@ -172,7 +172,7 @@ fn lines(told: &str) -> Vec<String> {
 #[test]
 fn device_is_no_snapshot() {
     let running = Running::new("snapshot-device");
-    running.fails(2, &["snapshot", "info", "/dev/zero"], &["/dev/zero", "it is no file"]);
+    running.fails(2, &["snapshot", "info", "/dev/zero"], &["/dev/zero", "it is not a file"]);
     let big = std::fs::File::create(running.folder().join("big.snapshot")).unwrap();
     // Of which the disk has nothing, and which is more than any memory.
     big.set_len(1 << 40).unwrap();

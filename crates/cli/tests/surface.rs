@@ -80,7 +80,7 @@ fn a_shell_is_offered_what_there_is_at_that_moment() {
         let output = command.env("_CLAP_COMPLETE_INDEX", words.len().to_string()).output().unwrap();
         common::text(&output.stdout)
     };
-    // Names may come too late on a machine that is busy, which is no error.
+    // Names may come too late on a machine that is busy, which is not an error.
     let eventually = |words: &[&str], wanted: &str| {
         let offer = (0..40).map(|_| offered(words)).find(|offer| offer.lines().any(|line| line == wanted));
         assert!(offer.is_some(), "{words:?}: {}", offered(words));
@@ -161,7 +161,7 @@ fn the_documents_in_json_keep_their_form() {
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
         let wanted: Value = serde_json::from_str(wanted).unwrap();
         let mut found = shape(&found);
-        // What is wrong with this computer differs.
+        // What is wrong with this machine differs.
         if let Some(hint) = found.pointer_mut("/findings/0/hint") {
             *hint = Value::Null;
         }

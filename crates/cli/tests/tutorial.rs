@@ -123,7 +123,7 @@ fn tutorial_leads_from_new_to_a_replayed_recording() {
         };
         told += &reader.types(&block);
     }
-    for promised in ["is good", "0.15", "0.3", "GoTo", "before.snapshot", "identical, "] {
+    for promised in ["is valid", "0.15", "0.3", "GoTo", "before.snapshot", "identical, "] {
         assert!(told.contains(promised), "{promised}: {told}");
     }
     let library = std::fs::read_to_string(reader.folder.join("src/lib.rs")).unwrap();

@@ -24,7 +24,7 @@
 typedef enum SlateErrorKind {
     // An argument of the call is invalid.
     SLATE_ERROR_KIND_INVALID_ARGUMENT,
-    // No agent of that name runs on this computer.
+    // No agent of that name runs on this machine.
     SLATE_ERROR_KIND_NO_AGENT,
     // The agent does not answer, or the connection broke.
     SLATE_ERROR_KIND_UNREACHABLE,
@@ -66,7 +66,7 @@ typedef struct SlateSample {
 extern "C" {
 #endif // __cplusplus
 
-// Connects to the agent of that name on this computer.
+// Connects to the agent of that name on this machine.
 // NULL or an empty name is that in the variable SLATE_AGENT, or the only agent that runs.
 // Returns NULL on an error.
 struct SlateAgent *slate_agent_connect(const char *name, struct SlateError **error);
@@ -102,7 +102,7 @@ bool slate_agent_read(const struct SlateAgent *agent,
                       struct SlateError **error);
 
 // Reads the newest value of a field that is a number.
-// It is NaN before the first write, and for infinity and NaN. Returns false on an error, also if it is no number.
+// It is NaN before the first write, and for infinity and NaN. Returns false on an error, also if it is not a number.
 bool slate_agent_read_number(const struct SlateAgent *agent,
                              const char *url,
                              double *value,

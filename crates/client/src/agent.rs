@@ -16,7 +16,7 @@ use crate::text::give;
 /// Way to an agent.
 #[derive(Clone, Debug)]
 pub(crate) enum AgentTarget {
-    /// Name of an agent of this computer.
+    /// Name of an agent of this machine.
     Local(String),
     Remote(Access),
 }
@@ -54,7 +54,7 @@ impl SlateAgent {
     }
 }
 
-/// Returns the name in the environment, or of the only agent of this computer.
+/// Returns the name in the environment, or of the only agent of this machine.
 fn default_name() -> Result<String, ClientFailure> {
     if let Some(name) = std::env::var("SLATE_AGENT").ok().filter(|name| !name.is_empty()) {
         return Ok(name);
@@ -67,7 +67,7 @@ fn default_name() -> Result<String, ClientFailure> {
     }
 }
 
-/// Connects to the agent of that name on this computer.
+/// Connects to the agent of that name on this machine.
 /// NULL or an empty name is that in the variable SLATE_AGENT, or the only agent that runs.
 /// Returns NULL on an error.
 ///
@@ -111,7 +111,7 @@ pub unsafe extern "C" fn slate_agent_connect_remote(
         };
         let address: Address = place.parse().map_err(|reason| {
             ClientFailure::invalid(
-                format!("`{place}` is no address of an agent: {reason}"),
+                format!("`{place}` is not an address of an agent: {reason}"),
                 "pass one such as http://127.0.0.1:7878 or https://robot.local:7878",
             )
         })?;
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn slate_agent_read(
 }
 
 /// Reads the newest value of a field that is a number.
-/// It is NaN before the first write, and for infinity and NaN. Returns false on an error, also if it is no number.
+/// It is NaN before the first write, and for infinity and NaN. Returns false on an error, also if it is not a number.
 ///
 /// # Safety
 /// `value` is a place for a number; otherwise as for `slate_agent_call`.

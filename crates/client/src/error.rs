@@ -13,7 +13,7 @@ use crate::text::give;
 pub enum SlateErrorKind {
     /// An argument of the call is invalid.
     InvalidArgument,
-    /// No agent of that name runs on this computer.
+    /// No agent of that name runs on this machine.
     NoAgent,
     /// The agent does not answer, or the connection broke.
     Unreachable,

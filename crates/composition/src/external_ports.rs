@@ -64,7 +64,7 @@ pub trait ExternalPorts: PropertyIndex {
         if !matches!(direction, Some(Direction::Input | Direction::Queue))
             || property.access() != Access::Setting
         {
-            let reason = "it is no input with values".to_owned();
+            let reason = "it is not an input with values".to_owned();
             return wrong(
                 reason,
                 "name an input; parameters, inboxes and outputs are not filled from outside",

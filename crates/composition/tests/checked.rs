@@ -130,7 +130,7 @@ fn programs_outside_fill_what_no_link_fills() {
         let error = checked.external_input("first/queue/linear").unwrap_err();
         assert!(error.reason.contains("a queue takes whole values"), "{error}");
         let error = checked.external_input("first/params").unwrap_err();
-        assert_eq!(error.reason, "it is no input with values");
+        assert_eq!(error.reason, "it is not an input with values");
         assert_eq!(checked.external_inbox("first/target").unwrap_err().reason, "it takes no messages");
         assert!(checked.external_inbox("first/orders").is_ok());
         assert!(checked.output_refusal("first/motor").is_some());
@@ -143,7 +143,7 @@ fn programs_outside_fill_what_no_link_fills() {
 #[test]
 fn gates_and_paths_that_do_not_fit_are_refused() {
     for (set, wanted) in [
-        ("actuators.wheels.command=\"first/speed\"", "`/first/speed` is no command"),
+        ("actuators.wheels.command=\"first/speed\"", "`/first/speed` is not a command"),
         ("actuators.wheels.modules=[\"second\"]", "`second` has no aspect Actuators"),
         ("actuators.wheels.limits.linaer=[0,1]", "linaer"),
         ("actuators.first={command=\"second/motor\"}", ""),

@@ -179,7 +179,7 @@ fn a_robot_model_of_another_robot_is_refused_in_its_line() {
 fn a_robot_model_that_lacks_what_a_monitor_wants_is_refused() {
     let monitor = "[robots.r2.modules.warm_monitor]\n";
     let words =
-        "Monitor `r2/warm_monitor` wants a sensor of Warm for `warm`, and the RobotModel of `r2`, a `cold`";
+        "Monitor `r2/warm_monitor` needs a sensor of Warm for `warm`, and the RobotModel of `r2`, a `cold`";
     refused("cold", monitor, &[words, "has `near` (Near)"]);
     // Nothing of the robot wants it.
     assert_eq!(checked(&knows("cold")), []);
@@ -261,7 +261,7 @@ fn only_knowledge_and_monitors_read_how_a_gate_stands() {
         found.into_iter().map(|(_, _, message)| message).collect::<Vec<_>>().join("; ")
     };
     let refusal = wrong("\"r2/motor/gate\" = \"driver/drive\"\n");
-    assert!(!refusal.is_empty(), "a driver is no gate");
+    assert!(!refusal.is_empty(), "a driver is not a gate");
     let refusal = wrong("\"r2/motor/driver\" = \"r2/wheels/gate\"\n");
     assert!(!refusal.is_empty(), "a gate is no driver");
 }

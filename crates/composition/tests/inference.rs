@@ -79,7 +79,7 @@ fn a_reflex_that_reaches_no_execute_is_warned_of() {
             .collect::<Vec<_>>()
     };
     let unlinked_warnings =
-        |block: &str| format!("outbox `r2/{block}/reflex` has no receiver: nothing obeys this reflex");
+        |block: &str| format!("outbox `r2/{block}/reflex` has no receiver: this reflex has no effect");
     assert_eq!(
         warnings(&["links.\"r2/execute/reflexes\"=false"]),
         [unlinked_warnings("avoid"), unlinked_warnings("retreat")]

@@ -61,7 +61,7 @@ impl Build<'_> {
                     let found =
                         chosen.as_str().map_or_else(|| chosen.describe().into(), |name| format!("`{name}`"));
                     let message =
-                        ErrorCode::Value.of(format!("`{name}` chooses {found}, which is no variant"));
+                        ErrorCode::Value.of(format!("`{name}` chooses {found}, which is not a variant"));
                     self.problems.add(chosen.span, message, expected);
                 }
                 None => {

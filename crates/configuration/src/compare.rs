@@ -6,7 +6,7 @@ use super::source::Spanned;
 use super::value::{Table, Value};
 
 /// Path with the values of two tables there.
-/// At least one of them is no table, or an empty one.
+/// At least one of them is not a table, or an empty one.
 pub(super) type ValuePair<'a> = (Vec<String>, Option<&'a Spanned<Value>>, Option<&'a Spanned<Value>>);
 
 /// Calls `found` with each leaf below a table, in the order of the paths.

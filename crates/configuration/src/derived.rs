@@ -13,7 +13,7 @@ use super::source::{SettingSource, SourceKind, Span, Spanned};
 use super::value::{Table, Value};
 
 impl Configuration {
-    /// Links to and from external programs, which are no agents.
+    /// Links to and from external programs, which are not agents.
     pub fn external_links(&self) -> &[ExternalLink] {
         &self.external
     }
@@ -24,14 +24,14 @@ impl Configuration {
     }
 
     /// Returns true if a link fills an input or a part of it.
-    /// Its source is in this agent, in another one or in a program that is no agent.
+    /// Its source is in this agent, in another one or in a program that is not an agent.
     pub fn is_filled(&self, input: &str) -> bool {
         let fills = |link: &Link| is_within(&link.to.value, input);
         self.links.iter().any(fills) || self.external.iter().any(|link| link.fills(input))
     }
 
     /// Returns true if a link carries a property, or a part of it, to a program.
-    /// The program is no agent.
+    /// The program is not an agent.
     pub fn is_sent_outside(&self, path: &str) -> bool {
         let is_out = |link: &&ExternalLink| link.direction == ExternalDirection::Out;
         let mut sent = self.external.iter().filter(is_out);

@@ -7,7 +7,7 @@ use super::read::{Main, ReadOutcome, ReadRequest, layers, read};
 use super::{Diagnostic, Options, Report, report};
 
 /// Reads a configuration, and checks the file's other agents.
-/// These may be started on other computers.
+/// These may be started on other machines.
 pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     let mut read_one = read(&ReadRequest::new(main, options), Files::default());
     let mut said = SortedSet::new();
@@ -21,7 +21,7 @@ pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
         add(report);
     }
     for other in &read_one.others {
-        // The command line and the file of this computer are for the one that is started here.
+        // The command line and the file of this machine are for the one that is started here.
         let options = Options { agent: Some(other.clone()), sets: Vec::new(), host: None, ..options.clone() };
         let request = ReadRequest { elsewhere: true, ..ReadRequest::new(main, &options) };
         match (read(&request, read_one.files.clone()).result, &read_one.result) {

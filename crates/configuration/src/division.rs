@@ -70,7 +70,7 @@ impl Division {
                 match section {
                     "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
                     "actuators" => make_commands(&mut entry.value, &|url| side.address(url), problems),
-                    // The reader of the section reports a value that is no table.
+                    // The reader of the section reports a value that is not a table.
                     _ => {}
                 }
             }
@@ -98,7 +98,7 @@ impl Division {
         let key = self.0[agent].key;
         for name in ["share", "agents"] {
             let entry = table.entries.entry(name.into()).or_insert_with(|| empty(key));
-            // The reader of the section reports a value that is no table.
+            // The reader of the section reports a value that is not a table.
             let Value::Table(inner) = &mut entry.value.value else { return };
             table = inner;
         }

@@ -1,4 +1,4 @@
-//! Links to external programs, which are no agents; bridges carry them.
+//! Links to external programs, which are not agents; bridges carry them.
 
 use std::fmt;
 

@@ -199,7 +199,7 @@ impl Layers {
             let good = founded || known.contains(&name.as_str());
             if !good {
                 let help = if was_good {
-                    format!("it was there when this was changed: put it back, or take the change back with `slate config revert {}`", path::render(&[section.into(), name.clone()]))
+                    format!("it was there when this was changed: put it back, or revert the change with `slate config revert {}`", path::render(&[section.into(), name.clone()]))
                 } else {
                     suggestion(name, &known) + for_one
                 };

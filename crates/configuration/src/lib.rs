@@ -121,7 +121,7 @@ pub struct Options {
     pub defaults: Vec<String>,
     /// Settings of the command line, `path=value`, later ones last.
     pub sets: Vec<String>,
-    /// File with the settings of this computer; it overrides the main file.
+    /// File with the settings of this machine; it overrides the main file.
     pub host: Option<PathBuf>,
     /// Agent to read from a file with several, by the name of its table.
     pub agent: Option<String>,
@@ -382,7 +382,7 @@ impl Configuration {
     /// Returns the path in this agent that a text denotes.
     ///
     /// # Errors
-    /// When it is no URL, or that of another agent.
+    /// When it is not a URL, or that of another agent.
     pub fn own_path(&self, text: &str) -> Result<String, Report> {
         let refusal = |message: Message, help: &str| {
             Report::from(Diagnostic::without_place(message, Some(help.into())))

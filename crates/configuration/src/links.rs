@@ -30,7 +30,7 @@ const KEYS: [&str; 12] = [
 pub(super) struct WrittenLinks {
     /// Links by destination.
     pub(super) links: Vec<Link>,
-    /// Links to and from external programs, which are no agents.
+    /// Links to and from external programs, which are not agents.
     pub(super) external: Vec<ExternalLink>,
 }
 

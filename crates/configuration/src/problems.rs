@@ -178,7 +178,7 @@ impl Problems {
             let known: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
             let mut help = suggestion(&text, &known);
             if help.starts_with("did") {
-                help.push_str(&format!(" known are {}", quoted(known.into_iter())));
+                help.push_str(&format!(" known: {}", quoted(known.into_iter())));
             }
             self.add(text.span, ErrorCode::Value.of(format!("`{name}` can't be `{}`", text.value)), help);
         }
@@ -257,7 +257,7 @@ pub(super) fn suggestion(name: &str, known: &[&str]) -> String {
     let near = nearest_names(name, known.iter().copied());
     match &near[..] {
         [] if known.is_empty() => "none exists".into(),
-        [] => format!("known are {}", quoted(known.iter().copied())),
+        [] => format!("known: {}", quoted(known.iter().copied())),
         near => format!("did you mean {}?", quoted(near.iter().map(String::as_str))),
     }
 }

@@ -40,7 +40,7 @@ pub(super) struct ReadRequest<'a> {
     /// Changes made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
     /// True if the agent may run on another machine.
-    /// A missing file is no error then.
+    /// A missing file is not an error then.
     pub(super) elsewhere: bool,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     if let Some(host) = &options.host {
         let described = layers.agents.known.clone();
         layers.file(host, None);
-        // The file of this computer describes no agent.
+        // The file of this machine describes no agent.
         let all = std::mem::replace(&mut layers.agents.known, described);
         for (name, span) in all {
             if !layers.agents.known.contains_key(&name) {
@@ -134,7 +134,7 @@ fn build(
     if incomplete {
         return Err(report(&sources, problems));
     }
-    // The first text that is no setting of the program; built-in defaults are one that is complete.
+    // The first text that is not a setting of the program; built-in defaults are one that is complete.
     let main = sources.0.iter().position(|source| source.kind() == SourceKind::File).unwrap_or_default();
     let main = Span { source: main, start: 0, end: 0 };
     let mut build = Build { sources: &sources, problems: &mut problems };

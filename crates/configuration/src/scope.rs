@@ -173,7 +173,7 @@ pub(super) fn in_scope(path: &[String], value: &Value, scope: &str) -> Value {
     let mut value = value.clone();
     if url && !scope.is_empty() {
         let start = format!("/{scope}/");
-        // A name alone is no property, and so would not be relative.
+        // A name alone is not a property, and so would not be relative.
         each_text(&mut value, &|text| {
             text.strip_prefix(&start).filter(|short| short.contains('/')).map(str::to_owned)
         });

@@ -1,5 +1,5 @@
 //! Access control: origin, host and token of a request.
-//! A browser shows pages from anywhere, so a request from this computer proves nothing about its author.
+//! A browser shows pages from anywhere, so a request from this machine proves nothing about its author.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;

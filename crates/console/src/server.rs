@@ -70,7 +70,7 @@ pub enum StartError {
     },
     /// Others would reach it, and nothing protects it.
     #[error("others reach {address}, and the console has no TLS or no tokens")]
-    #[diagnostic(help("give `certificate`, `key` and `tokens`, or listen at this computer alone"))]
+    #[diagnostic(help("give `certificate`, `key` and `tokens`, or listen on this machine alone"))]
     Exposed {
         /// Address.
         address: SocketAddr,
@@ -145,7 +145,7 @@ impl Console {
             return Err(StartError::Exposed { address: *address });
         }
         let scheme = if tls.is_some() { "https" } else { "http" };
-        // Programs of this computer know the certificate, whatever it names, and not each name leads here.
+        // Programs of this machine know the certificate, whatever it names, and not each name leads here.
         let local_host = listen::hosts(&addresses, &settings.names).into_iter().next().unwrap_or_default();
         let names: Vec<_> = settings.names.iter().cloned().chain(tls.iter().flat_map(Tls::names)).collect();
         let hosts = listen::hosts(&addresses, &names);

@@ -30,7 +30,7 @@ pub struct Settings {
     pub enabled: Option<bool>,
     /// Port; 0 for any free one, and without one 7878 or any free one.
     pub port: Option<u16>,
-    /// Addresses on which it listens; by default those of this computer alone.
+    /// Addresses on which it listens; by default those of this machine alone.
     pub addresses: Vec<IpAddr>,
     /// Parameters that an operator may set, such as `/r2/knowledge/params/goal_x`.
     /// Only a developer may set all others.
@@ -48,7 +48,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Returns the settings of a console for this computer only.
+    /// Returns the settings of a console for this machine only.
     fn default() -> Self {
         Self {
             enabled: None,
@@ -202,7 +202,7 @@ impl SettingsReader<'_> {
             (false, true) => "has neither TLS nor tokens",
         };
         let help = "give `certificate`, `key` and a table `tokens` with a file for each role; or leave the addresses \
-                    away, and reach this computer by `ssh -L 7878:localhost:7878`";
+                    away, and reach this machine by `ssh -L 7878:localhost:7878`";
         self.add(value.span, format!("others reach {open}, and the console {lacks}"), help);
     }
 

@@ -259,7 +259,7 @@ pub struct Caller {
     pub role: Role,
     /// Display name of the caller, such as `operator at 127.0.0.1:4711`.
     pub who: String,
-    /// Name under which a caller on this computer reaches the agent.
+    /// Name under which a caller on this machine reaches the agent.
     /// `None` over the network, where a caller may name no file of the agent's computer.
     pub local: Option<String>,
     /// Logging of every operation, including those that only read.
@@ -275,7 +275,7 @@ impl std::fmt::Debug for Caller {
 }
 
 impl Caller {
-    /// The caller for people; one at this computer that gives itself no name is a tool.
+    /// The caller for people; one on this machine that gives itself no name is a tool.
     pub(crate) fn name(&self) -> &str {
         if self.who.is_empty() { "a tool" } else { &self.who }
     }
@@ -404,7 +404,7 @@ pub fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> 
         true => "it takes none".into(),
         false => format!("it takes {}", names.join(", ")),
     };
-    Err(Problem::bad(format!("`{other}` is no parameter of this"), help))
+    Err(Problem::bad(format!("`{other}` is not a parameter of this"), help))
 }
 
 /// Refuses a caller whose role is below the needed one.

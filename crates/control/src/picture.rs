@@ -18,7 +18,7 @@ pub fn is_picture(descriptor: &Descriptor) -> bool {
 
 impl Picture {
     /// Returns the image of a value.
-    /// `None` if the value is no image, or declares more than it holds.
+    /// `None` if the value is not an image, or declares more than it holds.
     pub fn of(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Option<Self> {
         if !is_picture(descriptor) || bytes.len() < descriptor.size.checked_add(items)? {
             return None;

@@ -1,4 +1,4 @@
-//! Algorithms of Slate measured on published data: what `slate evaluate` prints.
+//! Algorithms of Slate measured on public datasets: what `slate evaluate` prints.
 //!
 //! Each evaluation reads a folder of data as its authors publish it, and returns rows of figures with what is to be
 //! reached.

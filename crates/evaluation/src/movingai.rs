@@ -100,7 +100,7 @@ fn size(file: &Path, line: usize, text: &str) -> Result<u32, DataError> {
         .parse()
         .ok()
         .filter(|size| (1..=4_500).contains(size))
-        .ok_or_else(|| DataError::at(file, line, format!("`{text}` is no size: expected 1 to 4500 cells")))
+        .ok_or_else(|| DataError::at(file, line, format!("`{text}` is not a size: expected 1 to 4500 cells")))
 }
 
 fn parse_scenario(file: &Path, text: &str, grid: &CostGrid) -> Result<Vec<PathProblem>, DataError> {

@@ -51,7 +51,7 @@ fn errors_name_their_line() {
     assert_eq!(refused("rows", &MAP.replace(".@T@.\n", ""), SCENARIO), "tiny.map: 3 rows, expected 4");
     assert_eq!(
         refused("size", &MAP.replace("width 5", "width 90000"), SCENARIO),
-        "tiny.map:3: `90000` is no size: expected 1 to 4500 cells"
+        "tiny.map:3: `90000` is not a size: expected 1 to 4500 cells"
     );
     assert_eq!(
         refused("wall", MAP, &SCENARIO.replace("\t4\t3\t7", "\t1\t1\t7")),

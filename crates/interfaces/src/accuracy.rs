@@ -22,7 +22,7 @@ pub struct SensorAccuracy {
     #[unit("rad")]
     pub odometry_rotation_stddev: f64,
     /// Probability of an outlier of a sonar's range.
-    /// An outlier is no range to an obstacle, or misses an obstacle.
+    /// An outlier is not a range to an obstacle, or misses an obstacle.
     pub sonar_outliers: f64,
     /// Standard deviation of the range of a detected robot.
     #[unit("m")]

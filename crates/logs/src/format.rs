@@ -75,7 +75,7 @@ pub fn recognize(path: &Path) -> Result<Option<Format>, Error> {
     }
     let mut head = Vec::new();
     let file = File::open(path).map_err(failed)?;
-    // A file that can't be unpacked is no log.
+    // A file that can't be unpacked is not a log.
     match plain(file).and_then(|file| file.take(INSPECTED_BYTES).read_to_end(&mut head)) {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::InvalidData || error.kind() == ErrorKind::UnexpectedEof => {}

@@ -166,7 +166,7 @@ pub fn open(path: impl AsRef<Path>) -> Result<Reader<BufReader<File>>, Error> {
 
 fn unknown(path: &Path) -> Error {
     let names: Vec<_> = Format::ALL.iter().map(|format| format.name()).collect();
-    let what = format!("unknown log format; known are {}", names.join(", "));
+    let what = format!("unknown log format; known: {}", names.join(", "));
     Error::Unfit { path: path.into(), what }
 }
 

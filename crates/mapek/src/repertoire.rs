@@ -41,7 +41,7 @@ pub trait Repertoire: Serialize + DeserializeOwned + Send + 'static {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
     /// The robot has no such action.
-    #[error("unknown action, known are {}", List(.known))]
+    #[error("unknown action; known: {}", List(.known))]
     UnknownKind {
         /// Known kinds.
         known: &'static [&'static str],

@@ -235,7 +235,7 @@ fn names_that_are_not_there_are_refused_with_similar_ones() {
     let robot = Robot::new("r2").monitor::<NearMonitor>("near").attach::<WayIsFree>("near");
     assert_eq!(errors(&robot), ["`near` has the kind `near_monitor`, expected `way_is_free`"]);
     let robot = Robot::new("my robot");
-    assert!(errors(&robot)[0].starts_with("`my robot` is no name"));
+    assert!(errors(&robot)[0].starts_with("`my robot` is not a name"));
 }
 
 #[test]

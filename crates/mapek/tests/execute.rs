@@ -228,7 +228,7 @@ fn an_unknown_action_is_answered_with_the_known_ones() {
     use slate_mapek::Repertoire;
     let request = ActionRequest { kind: Text::new("Fly"), ..ActionRequest::default() };
     let error = Actions::start(&request).err().expect("it is unknown");
-    assert_eq!(error.to_string(), "unknown action, known are Drive, Stumble, Swerve, Tour");
+    assert_eq!(error.to_string(), "unknown action; known: Drive, Stumble, Swerve, Tour");
 }
 
 #[test]

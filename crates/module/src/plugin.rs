@@ -189,7 +189,7 @@ impl ModuleKind {
         let instance = self.create(setup, params)?;
         // SAFETY: just made, and nobody else has it.
         let restored = state.map_or(Ok(()), |state| unsafe { self.restore(instance, state) });
-        // SAFETY: as above, and it is not used any more. An error at its end is no error of its setup.
+        // SAFETY: as above, and it is not used any more. An error at its end is not an error of its setup.
         let _ = unsafe { self.destroy(instance) };
         Ok(restored)
     }

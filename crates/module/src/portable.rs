@@ -267,7 +267,7 @@ impl TryFrom<PortableDescription> for Description {
 fn check_parameter(params: &Descriptor, parameter: &PortableParameter) -> Result<(), Refusal> {
     let name = &parameter.name;
     if params.field(name).is_none() {
-        return Err(format!("its parameter `{name}` is no field of {}", params.name).into());
+        return Err(format!("its parameter `{name}` is not a field of {}", params.name).into());
     }
     match (parameter.default.as_f64(), parameter.range) {
         (Some(default), Some((low, high))) if !(low..=high).contains(&default) => {
@@ -400,7 +400,7 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
         Ok(Box::leak(Box::new(made)))
     };
     let counted = |kind: Kind, item: &Kind, count: usize| {
-        // The size of what does not fit is no number.
+        // The size of what does not fit is not a number.
         let fits = item.size().checked_mul(count).is_some_and(|size| size <= SIZE_LIMIT);
         if fits && kind.size().is_multiple_of(kind.align()) {
             Ok(kind)

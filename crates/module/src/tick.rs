@@ -87,7 +87,7 @@ impl Tick {
         }
         let mut line = LogText::<512>::new();
         line.room = line.bytes.len() - parts.length;
-        // A message that doesn't fit is truncated, which is no error.
+        // A message that doesn't fit is truncated, which is not an error.
         let _ = ControlFilter { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
         line.room = line.bytes.len();
         // It has room, as the text left it.

@@ -123,7 +123,7 @@ impl ReadOptions {
 pub fn duration(text: &str) -> Result<u64, String> {
     parse_duration(text)
         .filter(|duration| (1..=MAX_DURATION).contains(duration))
-        .ok_or_else(|| format!("`{text}` is no duration; expected one such as 100ms, up to 24 h"))
+        .ok_or_else(|| format!("`{text}` is not a duration; expected one such as 100ms, up to 24 h"))
 }
 
 impl fmt::Display for ReadOptions {

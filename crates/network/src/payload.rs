@@ -69,7 +69,7 @@ impl Decoded {
     }
 }
 
-/// Reason why a payload is no value of an interface.
+/// Reason why a payload is not a value of an interface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PayloadError {
     /// Other interface.

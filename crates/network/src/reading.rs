@@ -237,7 +237,7 @@ impl InputReader {
     }
 
     /// Returns the minimum period of the values, ns.
-    /// The origin enforces it, unless it is no agent.
+    /// The origin enforces it, unless it is not an agent.
     fn interval(&self) -> u64 {
         match (&self.source, self.options.rate) {
             (InputSource::Property { .. }, _) => 0,

@@ -46,7 +46,7 @@ pub fn open(agent: &str, settings: &NetworkSettings) -> Result<Session, NetworkE
     zenoh::open(config).wait().map_err(|error| diagnosis(settings, &error.to_string()))
 }
 
-/// Opens a session of a program that is no agent, as a client of a router.
+/// Opens a session of a program that is not an agent, as a client of a router.
 /// `more` extends Zenoh's configuration, by key.
 ///
 /// # Errors

@@ -40,7 +40,7 @@ impl Comparison {
     /// Opens a recording. One of a killed run is compared as far as it goes.
     ///
     /// # Errors
-    /// When it can't be read, is damaged, or is no recording of an agent.
+    /// When it can't be read, is damaged, or is not a recording of an agent.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut reader = Reader::open_unfinished(path)?;
         let run = Run::read_all(&mut reader)?;

@@ -198,8 +198,7 @@ impl Opening<'_> {
         if !misses.is_empty() && !self.plan.modules.is_empty() && !self.plan.is_partial {
             let what = abbreviated_list(&misses);
             return Err(self.unfit(format!(
-                "the modules would not have all that they had then: {what}; record all that they read, or let them run all the \
-                 same with --partial"
+                "inputs are incomplete: {what}; record all inputs of the modules, or run them nevertheless with --partial"
             )));
         }
         Ok(misses)

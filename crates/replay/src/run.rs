@@ -57,7 +57,7 @@ impl Run {
     /// Values are read only where necessary.
     ///
     /// # Errors
-    /// When it can't be read, is damaged, or is no recording of an agent.
+    /// When it can't be read, is damaged, or is not a recording of an agent.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_all(&mut Reader::open_unfinished(path)?)
     }
@@ -141,7 +141,7 @@ impl Run {
     }
 
     /// Reads metadata and attachments of a whole file.
-    /// `None` if it is no recording of an agent.
+    /// `None` if it is not a recording of an agent.
     pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
         let run = Self::head(&mut Reader::open(path)?)?;
         Ok((!run.about.is_empty() && run.text.is_some()).then_some(run))
@@ -344,10 +344,10 @@ impl Run {
         let incomplete: Vec<_> = incomplete.collect();
         let mut remarks = String::new();
         if !absent.is_empty() {
-            remarks += &format!("; of what modules read, nothing is in it of {}", abbreviated_list(&absent));
+            remarks += &format!("; inputs not recorded: {}", abbreviated_list(&absent));
         }
         if !incomplete.is_empty() {
-            remarks += &format!("; not all is in it of {}", abbreviated_list(&incomplete));
+            remarks += &format!("; inputs recorded in part: {}", abbreviated_list(&incomplete));
         }
         remarks
     }

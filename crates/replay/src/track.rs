@@ -33,7 +33,7 @@ pub(super) struct PropertyTrack {
 
 impl PropertyTrack {
     /// Notes a value recorded at a time.
-    /// The error says why it is no value of this track.
+    /// The error says why it is not a value of this track.
     pub fn note(&mut self, message: &Message<'_>, time: u64) -> Result<(), String> {
         let number = self.values.len() as u64 + 1;
         self.form.note(message.data).map_err(|error| {
@@ -64,7 +64,7 @@ pub(super) struct Mailbox {
 
 impl Mailbox {
     /// Notes a message of a sender.
-    /// The error says why it is no message of this mailbox.
+    /// The error says why it is not a message of this mailbox.
     pub fn note(&mut self, message: &Message<'_>, sender: u32) -> Result<(), String> {
         self.form.note(message.data).map_err(|error| {
             let name = self.form.descriptor.name;

@@ -117,7 +117,7 @@ fn quoted(field: &str) -> String {
 }
 
 /// Returns the indices at which the route differs from the last known one.
-/// Samples without a route do not count: a pause between two actions of one route is no switch.
+/// Samples without a route do not count: a pause between two actions of one route is not a switch.
 pub(crate) fn switches(samples: &[&Sample]) -> Vec<usize> {
     let mut last = None;
     let mut switches = Vec::new();

@@ -7,10 +7,10 @@ use super::cdr::{CdrReader, CdrWriter, WireFormat, wire_length};
 /// The message is little-endian CDR with its header.
 ///
 /// `bytes` is the value as it lies in memory, with its tail, if it has one. Its padding is zero, as all but its writer see
-/// it, and is no field of the message. Nothing is allocated when `out` has room.
+/// it, and is not a field of the message. Nothing is allocated when `out` has room.
 ///
 /// # Errors
-/// When `bytes` is no value of that interface; `out` is unchanged then.
+/// When `bytes` is not a value of that interface; `out` is unchanged then.
 pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
     encode_in(WireFormat::Cdr, descriptor, bytes, out)
 }
@@ -18,7 +18,7 @@ pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Resul
 /// Appends a value as a message of that format.
 ///
 /// # Errors
-/// When `bytes` is no value of that interface; `out` is unchanged then.
+/// When `bytes` is not a value of that interface; `out` is unchanged then.
 pub fn encode_in(
     format: WireFormat,
     descriptor: &Descriptor,
@@ -40,7 +40,7 @@ pub fn encode_in(
 /// Returns the value in a message of [`encode`], bit for bit.
 ///
 /// # Errors
-/// When it is no message of that interface.
+/// When it is not a message of that interface.
 pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
     decode_in(WireFormat::Cdr, descriptor, message)
 }
@@ -48,7 +48,7 @@ pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error>
 /// Returns the value in a message of that format.
 ///
 /// # Errors
-/// When it is no message of that interface.
+/// When it is not a message of that interface.
 pub fn decode_in(format: WireFormat, descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
     let mut reader = CdrReader::of(format, message)?;
     let mut value = vec![0; descriptor.size];
@@ -261,7 +261,7 @@ fn read(reader: &mut CdrReader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<()
         Kind::Text(capacity) => {
             let text = reader.text()?;
             if text.len() > *capacity {
-                return reader.error(format!("a text has {} bytes, more than {capacity}", text.len()));
+                return reader.error(format!("a string has {} bytes, more than {capacity}", text.len()));
             }
             set(memory, text.len());
             memory[4..4 + text.len()].copy_from_slice(text.as_bytes());

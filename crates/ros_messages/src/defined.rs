@@ -48,7 +48,7 @@ pub enum DefinedItem {
 /// Number of a field's items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DefinedCount {
-    /// The field is no list.
+    /// The field is not a list.
     One,
     /// Always as many.
     Fixed(usize),
@@ -156,7 +156,7 @@ fn field_type(owner: &str, of: &str, keys: &[String]) -> Result<(DefinedItem, De
     }
     let package = owner.split('/').next().unwrap_or_default();
     let own = match item {
-        // Of ROS 1, where they are no messages.
+        // Of ROS 1, where they are not messages.
         "time" => BUILTIN[0].to_owned(),
         "duration" => BUILTIN[1].to_owned(),
         item => reference(package, item),

@@ -89,7 +89,7 @@ impl Schema {
                     Some(known) => known,
                     None => {
                         let key = match item {
-                            // Of ROS 1, where they are no messages.
+                            // Of ROS 1, where they are not messages.
                             "time" => TIME.into(),
                             "duration" => DURATION.into(),
                             _ => reference(package, item),
@@ -151,7 +151,7 @@ impl Schema {
     /// Allocates memory in proportion to the message, whatever lengths it states.
     ///
     /// # Errors
-    /// When it is no message of that definition.
+    /// When it is not a message of that definition.
     pub fn decode(&self, message: &[u8]) -> Result<Value, Error> {
         self.decode_in(WireFormat::Cdr, message)
     }
@@ -159,7 +159,7 @@ impl Schema {
     /// Decodes a message of that format.
     ///
     /// # Errors
-    /// When it is no message of that definition.
+    /// When it is not a message of that definition.
     pub fn decode_in(&self, format: WireFormat, message: &[u8]) -> Result<Value, Error> {
         let mut reader = CdrReader::of(format, message)?;
         // Each value of a real message takes bytes of it, so there are never more values than bytes; but in ROS 1, where nothing
@@ -195,7 +195,7 @@ impl Schema {
     /// Checks that [`decode`](Schema::decode) can read a message; allocates nothing.
     ///
     /// # Errors
-    /// When it is no message of that definition.
+    /// When it is not a message of that definition.
     pub fn check(&self, message: &[u8]) -> Result<(), Error> {
         let mut reader = CdrReader::new(message)?;
         let mut room = message.len();

@@ -50,7 +50,7 @@ impl Shown {
     /// Appends the reduction of a message.
     ///
     /// # Errors
-    /// When it is no message of the whole definition; `out` has a part of it then.
+    /// When it is not a message of the whole definition; `out` has a part of it then.
     pub fn encode(&self, message: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
         // Bytes are copied without a look at what they mean.
         self.schema.check(message)?;

@@ -1,4 +1,4 @@
-//! Type descriptions, whose hashes nodes of ROS 2 compare (REP 2011, `RIHS01`).
+//! Type descriptions, whose hashes ROS 2 nodes compare (REP 2011, `RIHS01`).
 
 use std::fmt::Write;
 
@@ -121,7 +121,7 @@ fn field_type(
     field: &SchemaField<'_>,
     is_known: impl Fn(&str) -> bool,
 ) -> Result<(String, Option<String>), String> {
-    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of items"));
+    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not a number of items"));
     let (item, offset, capacity) = match field.of.strip_suffix(']').and_then(|of| of.rsplit_once('[')) {
         None => (field.of, 0, 0),
         Some((item, "")) => (item, SEQUENCE, 0),

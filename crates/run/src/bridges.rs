@@ -25,7 +25,7 @@ const BRIDGES: [SchemeBridge; 4] = [
 ];
 
 /// Checks that this program has a bridge for each link to another program.
-/// Such a program is no agent. Also, each input must have one source.
+/// Such a program is not an agent. Also, each input must have one source.
 ///
 /// # Errors
 /// Schemes that are unknown or not built in, and inputs that two bridges would fill.
@@ -39,7 +39,7 @@ pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
             Some(SchemeBridge { name, feature: (feature, false), .. }) => (
                 format!("this program is built without {name}, which `{url}` needs"),
                 format!(
-                    "build it with the feature `{feature}`: cargo build --release --features {feature}; or take the link away"
+                    "build it with the feature `{feature}`: cargo build --release --features {feature}; or remove the link"
                 ),
             ),
             None => {

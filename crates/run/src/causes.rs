@@ -184,7 +184,7 @@ impl<'a> EndOfRun<'a> {
             let input = link.to.strip_prefix(knowledge)?.strip_prefix('/')?;
             let source = link.from.trim_start_matches('/');
             let (property, _) = self.board.find(source).ok()?;
-            // A data sheet is no measurement, and exact sensors have none.
+            // A data sheet is not a measurement, and exact sensors have none.
             let is_measured = property.descriptor().hash != SensorAccuracy::DESCRIPTOR.hash;
             (property.part() == "sensor" && is_measured).then_some((input, source))
         })

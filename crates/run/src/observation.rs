@@ -109,7 +109,7 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
     let mut check = |place: &str, table: &Table, known: &[&str]| {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
             let message = ErrorCode::Key.of(format!("unknown key `{name}` in [{place}]"));
-            let help = format!("known are {}", known.join(", "));
+            let help = format!("known: {}", known.join(", "));
             diagnostics.push(configuration.diagnostic(entry.key, message, Some(help)));
         }
     };

@@ -29,7 +29,7 @@ pub fn line(text: impl Display) {
 }
 
 /// Notes the result of a write to stdout, and reports the first failed one.
-/// A closed pipe is no failure.
+/// A closed pipe is not a failure.
 pub fn note(written: std::io::Result<()>) {
     match written {
         Ok(()) => {}
@@ -117,7 +117,7 @@ pub fn document(schema: &str, value: &impl serde::Serialize) {
 }
 
 /// Returns a document with the name of its schema, in a line.
-/// A value that is no object is in it under `value`.
+/// A value that is not an object is in it under `value`.
 ///
 /// # Errors
 /// The value has no JSON.

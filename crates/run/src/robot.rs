@@ -64,7 +64,7 @@ fn run_program<B>(robot: &Robot<B>) -> Result<u8, RunError> {
     let parsed = command.try_get_matches().and_then(|matches| ProgramArguments::from_arg_matches(&matches));
     let ProgramArguments { options, toml } = match parsed {
         Ok(arguments) => arguments,
-        // Help is no error; clap prints both where they belong.
+        // Help is not an error; clap prints both where they belong.
         Err(error) => {
             // A closed stream leaves no place to report to.
             let _ = error.print();

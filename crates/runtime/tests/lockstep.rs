@@ -54,7 +54,9 @@ kind = "relay"
 "#,
     );
     assert!(
-        text.contains("test.toml:8") && text.contains("circle") && text.contains("`previous = true`"),
+        text.contains("test.toml:8")
+            && text.contains("cyclic dependency")
+            && text.contains("`previous = true`"),
         "{text}"
     );
 }

@@ -105,7 +105,7 @@ fn impossible_request_is_refused_with_reason() {
     }
     let asked = asks("loader_of_loaded", |io| io.plugins.load("extra"));
     let mut stage = Stage::load(&robot("loader_of_loaded", "other"));
-    assert_eq!(refused(asked.wait(&mut stage)), "plugin `extra` is loaded already");
+    assert_eq!(refused(asked.wait(&mut stage)), "plugin `extra` is already loaded");
     let asked = asks("unloader_of_time", |io| io.plugins.unload("beat"));
     let mut stage = Stage::load(&robot("unloader_of_time", "other"));
     assert_eq!(

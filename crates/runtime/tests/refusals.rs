@@ -275,7 +275,7 @@ fn links_that_do_not_fit() {
         "[modules.relay]\n[modules.b]\nkind = \"relay\"\n[links]\n\"relay/input\" = \"b/input\"\n\"b/input\" = \"relay/input\"\n",
         &[
             "test.toml:7:13",
-            "b/input -> relay/input -> b/input read each other in a circle",
+            "cyclic dependency: b/input -> relay/input -> b/input",
             "link one of them to an output",
         ],
     );
@@ -350,11 +350,11 @@ fn triggers_and_actuators() {
     );
     refused(
         "[actuators.wheel]\ncommand = \"counted/number\"\n",
-        &["test.toml:3:11", "`/counted/number` is no command", "name a Command port"],
+        &["test.toml:3:11", "`/counted/number` is not a command", "name a Command port"],
     );
     refused(
         "[actuators.wheel]\ncommand = \"driver/wheel\"\n",
-        &["test.toml:3:11", "`/driver/wheel` is no command", "name a Command port"],
+        &["test.toml:3:11", "`/driver/wheel` is not a command", "name a Command port"],
     );
     refused(
         "[modules.driver]\n[actuators.wheel]\ncommand = \"driver/wheel\"\nrate_limits = { speed = 1.0 }\n",

@@ -31,7 +31,7 @@ enum Number {
 }
 
 impl Bound {
-    /// Returns a bound without limits; `None` if the type is no number.
+    /// Returns a bound without limits; `None` if the type is not a number.
     pub fn new(kind: Kind, offset: usize) -> Option<Self> {
         let range = match kind {
             Kind::Primitive(Primitive::F32) | Kind::Primitive(Primitive::F64) => {

@@ -236,7 +236,7 @@ fn endpoints_that_make_no_sense_are_refused() {
         "tls:[::g]:7447",
     ] {
         for error in [tls.check(endpoint).unwrap_err(), tls.listen(endpoint).unwrap_err()] {
-            let expected = format!("`{endpoint}` is no endpoint: tls:HOST:PORT");
+            let expected = format!("`{endpoint}` is not an endpoint: tls:HOST:PORT");
             assert!(error.to_string().starts_with(&expected), "{error}");
         }
     }

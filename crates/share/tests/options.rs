@@ -268,7 +268,7 @@ fn an_image_as_jpeg_is_small_and_nearly_the_same() {
         assert!(part.is_none_or(|part| part.len() == bytes.len()));
     }
     assert!(decode(Image::DESCRIPTOR, encoding, &content, bytes.len() + 1).is_none());
-    // What is no image is sent without loss.
+    // What is not an image is sent without loss.
     let blob = vec![1; 4096];
     let encoding = encode(Blob::DESCRIPTOR, &blob, Compression::Jpeg(50), &mut Vec::new());
     assert_eq!(encoding, Encoding::Lz4);

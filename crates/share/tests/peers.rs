@@ -45,7 +45,7 @@ fn an_endpoint_is_for_one_agent_and_its_user_alone() {
     std::fs::write(folder.path("base"), "no socket").unwrap();
     assert!(matches!(Local.listen(&endpoint), Err(CarrierError::Unsafe { .. })));
     let error = Local.listen("local:a b").unwrap_err();
-    assert!(error.to_string().starts_with("`local:a b` is no endpoint: local:NAME"));
+    assert!(error.to_string().starts_with("`local:a b` is not an endpoint: local:NAME"));
     let board = std::sync::Arc::new(slate_blackboard::Board::new("x"));
     let error = Peers::start(&board, setup("x").listen("tcp:7447")).unwrap_err();
     assert!(error.to_string().contains("it begins with the name of a carrier"));

@@ -32,7 +32,7 @@ fn invalid_settings_are_refused_with_place() {
     let (message, _) = refused("[share.security]\n");
     assert!(message.contains("[share.security] is empty"), "{message}");
     let (message, _) = refused("[share.security.allow.arm]\nread = [\"a b\"]\n");
-    assert!(message.contains("`a b` is no pattern of paths"), "{message}");
+    assert!(message.contains("`a b` is not a pattern of paths"), "{message}");
     let (message, _) = refused("[share.security.allow.arm]\nwrite = [\"a\"]\n");
     assert!(message.contains("unknown key `write` in [share.security.allow.arm]"), "{message}");
     let (message, _) = refused("[share]\nlisten = []\n");

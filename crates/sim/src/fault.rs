@@ -148,9 +148,8 @@ pub(crate) fn read(
             other.sensor == fault.sensor && other.from < fault.until && fault.from < other.until
         };
         if let Some((other, _)) = of_robot.iter().find(meets) {
-            let message = format!(
-                "it meets the fault `{other}` of the same sensor: a sensor fails in one way at a time"
-            );
+            let message =
+                format!("it overlaps the fault `{other}` of the same sensor: expected one fault at a time");
             return wrong("", message);
         }
         of_robot.push((name, fault));

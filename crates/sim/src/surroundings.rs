@@ -108,7 +108,7 @@ pub struct Surroundings {
     #[serde(default, skip_serializing_if = "is_zero")]
     doors: usize,
     /// Map whose walls are the first static bodies.
-    /// It never changes, and is no part of the state.
+    /// It never changes, and is not part of the state.
     #[serde(skip)]
     map: Option<Arc<WorldMap>>,
 }

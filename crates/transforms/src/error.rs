@@ -57,7 +57,7 @@ pub enum TransformError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetError {
     /// Empty or too long name.
-    #[error("`{name}` is no name of a frame: expected 1 to {limit} bytes without `/`")]
+    #[error("`{name}` is not a name of a frame: expected 1 to {limit} bytes without `/`")]
     Name {
         /// Name.
         name: String,
@@ -88,7 +88,7 @@ pub enum SetError {
     },
     /// Number that is not finite, or rotation that is not a unit quaternion.
     #[error(
-        "`{parent}` -> `{child}` is no transform: its numbers must be finite and its quaternion's length 1, which is {norm}"
+        "`{parent}` -> `{child}` is not a transform: its numbers must be finite and its quaternion's length 1, which is {norm}"
     )]
     NoTransform {
         /// Parent.

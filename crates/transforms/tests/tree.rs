@@ -157,8 +157,8 @@ fn mismatch_changes_nothing() {
         ("c", "a", "`c` can't be the parent of `a`, as it is below it"),
         ("a", "a", "`a` can't be its own parent"),
         ("a", "d", "no room for the frame `d`: the tree has 3 frames, which is its limit"),
-        ("", "a", "`` is no name of a frame: expected 1 to 64 bytes without `/`"),
-        ("a", "/b", "`/b` is no name of a frame: expected 1 to 64 bytes without `/`"),
+        ("", "a", "`` is not a name of a frame: expected 1 to 64 bytes without `/`"),
+        ("a", "/b", "`/b` is not a name of a frame: expected 1 to 64 bytes without `/`"),
     ];
     for (parent, child, expected) in cases {
         assert_eq!(frames.set_fixed(parent, child, shift(2.0)).unwrap_err().to_string(), expected);
@@ -212,7 +212,7 @@ fn a_property_sets_a_frame() {
     let error = frames.apply(&Transform { parent: "a".into(), child: "b".into(), ..Transform::default() });
     assert_eq!(
         error.unwrap_err().to_string(),
-        "`a` -> `b` is no transform: its numbers must be finite and its quaternion's length 1, which is 0"
+        "`a` -> `b` is not a transform: its numbers must be finite and its quaternion's length 1, which is 0"
     );
 }
 
@@ -223,7 +223,7 @@ fn a_rotation_goes_the_shorter_way() {
     frames.set("odom", "base_link", 100, turn(-3.0)).unwrap();
     let half = frames.lookup("odom", "base_link", 50).unwrap();
     assert!((half.rotation.angle() - std::f64::consts::PI).abs() < 1e-9);
-    // Half a turn has no shorter way; either is right, and it is no failure.
+    // Half a turn has no shorter way; either is right, and it is not a failure.
     frames.set("odom", "base_link", 100, turn(3.0 + std::f64::consts::PI)).unwrap();
     let half = frames.lookup("odom", "base_link", 50).unwrap();
     assert!((half.rotation.angle_to(&turn(3.0).rotation) - std::f64::consts::FRAC_PI_2).abs() < 1e-9);

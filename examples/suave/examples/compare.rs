@@ -106,7 +106,7 @@ fn compare(count: usize, only: Option<&str>, settings: &[String]) -> Result<(), 
         all.push((name, runs(name, settings, count)?));
     }
     if all.is_empty() {
-        return Err(format!("unknown controller; known are {}", known.join(", ")));
+        return Err(format!("unknown controller; known: {}", known.join(", ")));
     }
     for (at, (metric, is_less_better)) in METRICS.iter().enumerate() {
         println!("\n{metric}, seeds 1 to {count}");

@@ -121,7 +121,7 @@ impl Instance {
     /// Makes an instance of a class.
     ///
     /// # Errors
-    /// The exception of its `create`, or a declaration that is no module.
+    /// The exception of its `create`, or a declaration that is not a module.
     pub fn of(class: &Bound<'_, PyAny>, setup: &Setup<'_>, params: &[u8]) -> PyResult<Self> {
         let declared = Declared::of(class).map_err(|refusal| super::wrong(&refusal))?;
         declared.kind.start(class.py(), setup, params)

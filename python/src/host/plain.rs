@@ -59,7 +59,7 @@ impl Serialize for Plain<'_, '_> {
             let mut map = serializer.serialize_map(Some(table.len()))?;
             for (key, value) in table.iter() {
                 let Ok(key) = key.cast::<PyString>() else {
-                    return Err(S::Error::custom(format!("the key {key} of a dict is no text")));
+                    return Err(S::Error::custom(format!("the key {key} of a dict is not a text")));
                 };
                 map.serialize_entry(key.to_str().map_err(failed)?, &Plain(&value))?;
             }

@@ -25,7 +25,7 @@ pub enum BoardError {
         url: String,
     },
     /// A link fills the property, so no other caller may.
-    #[error("{url} follows {from}; take the link away first: slate unlink {url}")]
+    #[error("{url} follows {from}; remove the link first: slate unlink {url}")]
     Linked {
         /// URL of the field.
         url: String,

@@ -23,10 +23,10 @@ enum PatternPart {
     Several,
 }
 
-/// Error of a text that is no pattern.
+/// Error of a text that is not a pattern.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{text}` is no pattern of paths: between slashes stand names (letters, digits, _ and -), `*` or `**`"
+    "`{text}` is not a pattern of paths: between slashes stand names (letters, digits, _ and -), `*` or `**`"
 )]
 pub struct PatternError {
     /// The given text.

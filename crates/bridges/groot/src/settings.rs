@@ -106,7 +106,7 @@ impl GrootReader<'_> {
         settings.address = address;
         let is_trusted = trusted.and_then(|value| value.as_bool()) == Some(true);
         if !settings.address.is_loopback() && !is_trusted {
-            let message = "others reach this address, and monitors need no secret: they see the tree and its blackboards";
+            let message = "others reach this address, and monitors need no token: they see the tree and its blackboards";
             self.add(value.span, message, "write trusted = true if that is right; or take `address` away");
         }
     }
@@ -135,7 +135,7 @@ impl GrootReader<'_> {
             }
             match self.configuration.own_path(name) {
                 Ok(path) => ports.push((path, port, entry.key)),
-                Err(_) => self.add(entry.key, format!("`{name}` is no path of a module"), HELP),
+                Err(_) => self.add(entry.key, format!("`{name}` is not a path of a module"), HELP),
             }
         }
         ports

@@ -45,7 +45,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> MonitorConnection<S> {
     /// Makes the handshake with a client that has connected.
     ///
     /// # Errors
-    /// The client speaks another protocol, is no socket that requests, or is too slow.
+    /// The client speaks another protocol, is not a socket that requests, or is too slow.
     pub async fn open(stream: S) -> Result<Self> {
         let mut own = Self { stream };
         timed(STEP_TIMEOUT, own.shake_hands()).await?;

@@ -10,7 +10,7 @@ fn a_table_that_is_wrong_is_refused_with_its_place() {
         ("port = 70000", "a port is a number from 0 to 65535"),
         ("prot = 1667", "prot"),
         ("address = \"everywhere\"", "`address` takes an address"),
-        ("address = \"0.0.0.0\"", "monitors need no secret"),
+        ("address = \"0.0.0.0\"", "monitors need no token"),
         ("trusted = 1", "`trusted` takes true or false"),
         ("port = 1667\nports = { planner = 1667 }", "exclude each other"),
         ("ports = { planner = 1667, other = 1667 }", "two Plans have the port 1667"),

@@ -1,4 +1,4 @@
-//! Checksums of definitions, by which nodes of ROS 1 compare types.
+//! Checksums of definitions, by which ROS 1 nodes compare types.
 
 use slate_sorted::SortedMap;
 

@@ -83,7 +83,7 @@ impl OutboxClient {
     }
 
     /// Sends the outbox's messages as requests, in sequence, until the end.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn run(mut self, node: &NodeContext, inbound: &InboundTopics, network: &Handle, ended: &AtomicBool) {
         let mut receiver: Option<Receiver> = None;
         while !ended.load(Ordering::Acquire) {

@@ -50,7 +50,7 @@ impl RosExplorer {
     }
 
     /// Gathers nodes and topics for this time.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn discover(&mut self, time: Duration) {
         let began = Instant::now();
         while began.elapsed() < time {
@@ -114,7 +114,7 @@ impl TopicStream {
 
     /// Returns the next message, in CDR with its header.
     /// `None` if none arrives within `limit`.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn next(&self, limit: Duration) -> Option<Vec<u8>> {
         let began = Instant::now();
         loop {

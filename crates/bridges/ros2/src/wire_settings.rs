@@ -30,7 +30,7 @@ impl RosWireSettings {
         const LOCAL: &str = "connect to a router on this machine, which reaches others by `quic/` or `tls/`";
         let router = NetworkEndpoint::parse(router)?;
         if router.carrier() != "tcp" {
-            return Err((format!("`{router}` is no endpoint of `tcp/`"), LOCAL));
+            return Err((format!("`{router}` is not an endpoint of `tcp/`"), LOCAL));
         }
         if !trusted && !router.is_loopback() {
             let message = format!("`{router}` is on another machine, and what goes there is clear text");

@@ -50,7 +50,9 @@ impl ActionType {
     /// The name or the text is invalid; the reason in words.
     pub fn parse(name: &str, definition: &str) -> Result<Self, String> {
         if !Self::is_name(name) {
-            return Err(format!("`{name}` is no type of an action, such as nav2_msgs/action/NavigateToPose"));
+            return Err(format!(
+                "`{name}` is not a type of an action, such as nav2_msgs/action/NavigateToPose"
+            ));
         }
         let lines: Vec<_> = definition.lines().collect();
         let own = lines.iter().position(|line| line.starts_with("===")).unwrap_or(lines.len());

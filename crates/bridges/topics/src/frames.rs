@@ -128,7 +128,7 @@ pub struct FrameMessages {
 
 impl FrameMessages {
     /// Creates messages of a format; values of `inputs` are not sent back.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn new(format: WireFormat, surface: &ControlSurface, inputs: &[FrameInput]) -> Self {
         let module = |input: &str| input.rsplit_once('/').map(|(module, _)| format!("{module}/"));
         let foreign: Vec<_> = inputs.iter().filter_map(|own| module(&own.input)).collect();
@@ -176,7 +176,7 @@ impl FrameMessages {
         encoded.map(|()| Some(message)).map_err(|error| error.to_string())
     }
 
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     fn renew(&mut self, surface: &ControlSurface) {
         if self.renewed.elapsed() < SURVEY_PERIOD {
             return;

@@ -54,7 +54,7 @@ impl RosMessage {
         &self.definition.text
     }
 
-    /// Returns the hash by which nodes of ROS 2 compare its type.
+    /// Returns the hash by which ROS 2 nodes compare its type.
     pub fn type_hash(&self) -> Option<String> {
         type_hash(&self.definition).ok()
     }
@@ -71,7 +71,7 @@ impl RosMessage {
     /// `stamp` is its time, ns; `frame` its coordinate frame.
     ///
     /// # Errors
-    /// The bytes are no value of the interface.
+    /// The bytes are not value of the interface.
     pub fn encode(
         &self,
         bytes: &[u8],

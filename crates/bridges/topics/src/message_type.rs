@@ -39,7 +39,7 @@ impl MessageType {
         &self.definition
     }
 
-    /// Returns the hash by which nodes of ROS 2 compare it.
+    /// Returns the hash by which ROS 2 nodes compare it.
     pub fn type_hash(&self) -> Option<String> {
         type_hash(&Definition { name: self.name.clone(), text: self.definition.clone() }).ok()
     }

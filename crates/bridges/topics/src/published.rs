@@ -94,13 +94,13 @@ pub struct PublishedTopics<S, M = RosMessage> {
 
 impl<S: TopicSink, M: TopicMessage> PublishedTopics<S, M> {
     /// Topics of a bridge.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn new(scheme: &'static str, topics: Vec<PublishedTopic<S, M>>) -> Self {
         Self { scheme, topics, renewed: Instant::now() }
     }
 
     /// Sends the newest values that were not sent.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn send(&mut self, composer: &Composer) {
         if self.renewed.elapsed() > SURVEY_PERIOD {
             self.renewed = Instant::now();

@@ -68,7 +68,7 @@ impl ServiceType {
             _ => false,
         };
         if !is_name {
-            return Err(format!("`{name}` is no type of a service, such as {}SetBool", folder(format)));
+            return Err(format!("`{name}` is not a type of a service, such as {}SetBool", folder(format)));
         }
         Self::parse_named(format, name, definition)
     }

@@ -189,7 +189,7 @@ impl<'c> TableReader<'c> {
                 _ => false,
             };
             if !is_type {
-                self.add(*span, format!("`{name}` is no type of a message"), TYPE_HELP);
+                self.add(*span, format!("`{name}` is not a type of a message"), TYPE_HELP);
                 return None;
             }
         }

@@ -59,7 +59,7 @@ impl Failure {
             }
             Self::NoViewer { .. } => {
                 "install one, such as Rerun with `pip install rerun-sdk`, or open what `slate bag export --ros` writes on \
-                 another computer"
+                 another machine"
                     .into()
             }
             Self::NoDrawing { .. } => {

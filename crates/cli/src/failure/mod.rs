@@ -145,7 +145,7 @@ pub enum Failure {
     NoKeys { actuator: String, interface: String, known: Vec<&'static str> },
     #[error("the wheel radius and track of `{actuator}` are unknown")]
     NoChassis { actuator: String },
-    #[error("`{text}` is no goal: expected {expected}")]
+    #[error("`{text}` is not a goal: expected {expected}")]
     GoalWord { text: String, expected: String },
     #[error("no robot here has places and missions: it takes a goal of two numbers alone")]
     NoNavigation,

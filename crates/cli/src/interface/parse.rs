@@ -171,7 +171,7 @@ impl InterfaceParser {
     }
 
     /// Skips the attributes of an interface, up to its `struct` or `enum`.
-    /// Returns the integer of an enum's representation; `None` at an item that is no interface.
+    /// Returns the integer of an enum's representation; `None` at an item that is not an interface.
     fn interface(&mut self) -> Result<Option<String>, SyntaxError> {
         let (begin, mut is_interface, mut representation) = (self.next, false, "u8".to_owned());
         while let Some(words) = self.attribute()? {

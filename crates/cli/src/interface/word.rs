@@ -9,7 +9,7 @@ pub const KEYWORDS: [&str; 53] = [
     "where", "while", "yield", "_",
 ];
 
-/// Returns the reason why a word is no valid Rust name, if any.
+/// Returns the reason why a word is not a valid Rust name, if any.
 pub fn identifier_error(word: &str) -> Option<String> {
     if word.starts_with(|first: char| first.is_numeric()) {
         Some(format!("`{word}` begins with a digit, and a name with a letter"))

@@ -38,7 +38,7 @@ pub struct AgentAccess {
     role: Role,
     /// Name that the agent gives itself.
     name: String,
-    /// Name under which the agent is reached at this computer, if it is local.
+    /// Name under which the agent is reached on this machine, if it is local.
     local: Option<String>,
     /// Connections that no tool uses at the moment.
     idle: Mutex<Vec<Client>>,
@@ -59,7 +59,7 @@ impl AgentAccess {
     }
 
     /// Creates the access of a caller over HTTP, by its token of an agent's role.
-    /// `local` is the agent's name at this computer.
+    /// `local` is the agent's name on this machine.
     pub fn by_token(access: Access, limit: Role, local: Option<String>) -> Result<Self, Failure> {
         let (client, role) = set_identity(Client::at(&access)?, limit)?;
         Ok(Self::with(AgentRoute::Token(access), role, client, local))

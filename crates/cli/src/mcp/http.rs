@@ -109,7 +109,7 @@ fn settings(ip: IpAddr) -> StreamableHttpServerConfig {
     if ip.is_loopback() {
         return settings;
     }
-    // Others know this computer by names that it doesn't know.
+    // Others know this machine by names that it doesn't know.
     settings.disable_allowed_hosts()
 }
 
@@ -149,7 +149,7 @@ const TOKEN_HELP: &str =
 struct TokenGate {
     /// Agent, without a token.
     access: Access,
-    /// Agent's name, if it runs at this computer.
+    /// Agent's name, if it runs on this machine.
     local: Option<String>,
     limit: Role,
     /// Access by token, of those that the agent has accepted.

@@ -35,7 +35,7 @@ const EXCLUDED_OPERATIONS: [&str; 14] = [
 /// Part of a path that names the agent.
 const AGENT_PART: &str = "agent";
 
-/// Argument of a body that is no object of known fields.
+/// Argument of a body that is not an object of known fields.
 const BODY_ARGUMENT: &str = "body";
 
 /// Parameter that chooses the form of an answer.

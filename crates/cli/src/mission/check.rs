@@ -73,7 +73,7 @@ fn print(net: &PetriNet, report: &NetReport) {
 /// Returns the firings of a path, with the part that can be repeated in brackets.
 fn sequence(net: &PetriNet, path: &FiringPath) -> String {
     if path.transitions.is_empty() {
-        return "nothing: it is so at the start".into();
+        return "no firing: in the initial marking".into();
     }
     let title = |transition: &usize| net.transitions()[*transition].title();
     let titles: Vec<String> = path.transitions.iter().map(title).collect();

@@ -43,7 +43,7 @@ pub enum MissionVerb {
         /// Action of the robot; repeatable [default: every action is known]
         #[arg(long, value_name = "NAME")]
         action: Vec<String>,
-        /// Number of markings after which a Petri net is given up
+        /// Maximum number of markings to explore
         #[arg(long, value_name = "NUMBER", default_value_t = 100_000)]
         states: usize,
         /// Print the findings as JSON

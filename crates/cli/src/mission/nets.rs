@@ -61,7 +61,7 @@ fn draw_skills(_: &Path) -> Result<String, Failure> {
 }
 
 /// Returns whether a file is a behavior tree, by its content.
-/// An unreadable file is no tree; reading it as a net then reports the reason.
+/// An unreadable file is not a tree; reading it as a net then reports the reason.
 fn is_tree(file: &Path) -> bool {
     std::fs::read_to_string(file).is_ok_and(|text| is_tree_text(&text))
 }

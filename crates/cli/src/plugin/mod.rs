@@ -66,7 +66,7 @@ pub enum PluginVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Run new code in the shadow of a plugin and compare;
+    /// Run new code as the shadow of a plugin and compare;
     /// without a file, show the comparison
     Shadow {
         /// Name of the plugin
@@ -79,7 +79,7 @@ pub enum PluginVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Let the shadow take over, with its present state
+    /// Replace the plugin by its shadow, which keeps its state
     Promote {
         /// Name of the plugin
         name: String,

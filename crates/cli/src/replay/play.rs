@@ -183,9 +183,9 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
         }
         None if outcome.has_compared() => {
             let fresh = fresh.map_or(String::new(), |fresh| format!(", {fresh}"));
-            let from = if misses.is_empty() { "" } else { ", from less than they had then" };
+            let from = if misses.is_empty() { "" } else { ", with incomplete inputs" };
             let but =
-                if outcome.unheard.is_empty() { "" } else { ", but for messages that were not compared" };
+                if outcome.unheard.is_empty() { "" } else { ", except messages that were not compared" };
             output::line(format_args!("identical{fresh}{from}{but}"));
         }
         None => {}
@@ -198,7 +198,7 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     }
     if !outcome.unseen.is_empty() {
         output::line(format_args!(
-            "nothing of {} was recorded to compare: messages are compared when all senders to the same mailbox run",
+            "nothing of {} was recorded to compare: messages are compared when all senders to the same inbox run",
             outcome.unseen.join(", ")
         ));
     }

@@ -27,7 +27,7 @@ pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
     for name in &attached.replaced {
         eprintln!(
             "{}",
-            output::harmless(format_args!("{name} is another file now; that of the recording is taken"))
+            output::harmless(format_args!("{name} has changed since; the recorded version is used"))
         );
     }
     for name in &attached.absent {

@@ -19,8 +19,8 @@ pub enum RosVerb {
     List(RosListOptions),
     /// Print the messages of a topic
     Echo(RosEchoOptions),
-    /// Measure how often messages of a topic come
-    /// (exit code 7 if it is outside of the limits)
+    /// Measure the rate of a topic
+    /// (exit code 7 outside --min and --max)
     Hz(RosRateOptions),
     /// Show the publishers and subscriptions of a topic, with their quality of service
     Info(RosInfoOptions),
@@ -42,7 +42,7 @@ pub struct RosEchoOptions {
     /// End after this many messages
     #[arg(long, value_name = "N")]
     count: Option<u64>,
-    /// End when no message comes for so long; exit code 6 if none came
+    /// Maximum time to wait for a message (exit code 6 if none was received)
     #[arg(long, value_name = "TIME", value_parser = duration::parse)]
     timeout: Option<Duration>,
     /// File that defines the message, of a type that is not built in
@@ -101,8 +101,8 @@ pub struct RosDomain {
     /// Router of Zenoh [default: tcp/localhost:7447]
     #[arg(long, value_name = "ENDPOINT")]
     router: Option<String>,
-    /// Look at all networks of this machine, in clear text,
-    /// and not only at this machine
+    /// Discover nodes on all networks of this machine,
+    /// unencrypted, not only on this machine
     #[arg(long)]
     trusted: bool,
     /// Duration of the discovery of nodes

@@ -25,7 +25,7 @@ fn what_fits_is_called_good_and_leaves_nothing_behind() {
     let said = running.done(&["check", "exp3", "--strict"]);
     // R3's Knowledge has lines in both files.
     let modules = modules_of(EXP3) + modules_of(R3) - 1;
-    assert!(said.contains(&format!("exp3 is good: 1 agent, {modules} modules, ")), "{said}");
+    assert!(said.contains(&format!("exp3 is valid: 1 agent, {modules} modules, ")), "{said}");
     assert!(said.contains(" links, 2 actuators"), "{said}");
     let limits = "r2/wheels: left, right from -12.3 to 12.3, by the RobotModel of a pioneer_p3dx";
     assert!(

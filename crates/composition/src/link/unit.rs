@@ -29,7 +29,7 @@ struct Measure {
 pub(super) enum Factor {
     /// A whole number.
     Whole(u64),
-    /// Units of the same dimension whose factor is no whole number.
+    /// Units of the same dimension whose factor is not a whole number.
     Fraction,
     /// Units of different dimensions, or unknown ones.
     None,

@@ -65,7 +65,7 @@ impl GatePlanner<'_, '_, '_, '_> {
                     continue;
                 }
                 let help = self.command_help(&path);
-                return self.refuse(url.span, format!("`/{path}` is no command"), &help);
+                return self.refuse(url.span, format!("`/{path}` is not a command"), &help);
             };
             let earlier = &self.plan.configuration.actuators()[..index];
             let names = |actuator: &&Actuator| {
@@ -85,7 +85,7 @@ impl GatePlanner<'_, '_, '_, '_> {
         Ok(descriptor)
     }
 
-    /// Returns the help for a path that is no command: the nearest command.
+    /// Returns the help for a path that is not a command: the nearest command.
     fn command_help(&self, path: &str) -> String {
         let modules = &self.plan.survey.modules;
         let commands: Vec<_> = modules

@@ -143,7 +143,7 @@ fn rule_bypass(block: Block, service: u64) -> Option<(&'static str, &'static str
         return Some(("reads and writes any property past its links", "link its ports to what it reads"));
     }
     if is(Transforms::DESCRIPTOR) {
-        let help = "link an `Input<Transform>` to the transform that it wants";
+        let help = "link an `Input<Transform>` to the transform that it needs";
         return Some(("reads the transforms of all modules past its links", help));
     }
     let acts = [Actuators::DESCRIPTOR, Settings::DESCRIPTOR, Plugins::DESCRIPTOR].into_iter().any(is);

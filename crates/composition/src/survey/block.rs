@@ -172,7 +172,7 @@ impl Block {
         use Block::{Actuator, Analyze, Execute, Knowledge, Monitor, Plan, Reactive, Sensor};
         match (self, origin) {
             (_, Provenance::Truth) => false,
-            // A belief or decision of its own robot is no measurement; another robot is part of the world.
+            // A belief or decision of its own robot is not a measurement; another robot is part of the world.
             (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
             (Sensor, Provenance::Rule) => !is_own,
             (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Rule) => true,
@@ -241,7 +241,7 @@ pub enum Provenance {
     Block(Block),
     /// The RobotModel of any robot's Knowledge, or rules that it has for reflexes.
     Rule,
-    /// A module that is no block.
+    /// A module that is not a block.
     Module,
     /// Ground truth of a simulator.
     Truth,
@@ -299,7 +299,9 @@ impl Provenance {
         match self {
             Self::Block(block) => format!("of {}", block.name()),
             Self::Rule => format!("of {}", Block::Knowledge.name()),
-            Self::Module => "an output of a module that is no block, such as a simulator or a driver".into(),
+            Self::Module => {
+                "an output of a module that is not a block, such as a simulator or a driver".into()
+            }
             Self::Truth => "ground truth".into(),
             Self::Health => "the condition of a module or of the loop".into(),
             Self::Gate => "a command that passed its gate".into(),
@@ -309,7 +311,7 @@ impl Provenance {
     }
 }
 
-/// Returns whether a module is a referee: it is no block and reads ground truth.
+/// Returns whether a module is a referee: it is not a block and reads ground truth.
 pub fn is_referee(description: &Description) -> bool {
     let reads_truth = |port: &PortDescription| {
         matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox) && port.role == TRUTH
@@ -413,7 +415,7 @@ pub fn inbox_part(port: &PortDescription) -> &'static str {
 }
 
 /// Returns the name of the block that writes a port, for other agents.
-/// Empty for a module that is no block.
+/// Empty for a module that is not a block.
 pub fn part(description: &Description, port: &PortDescription) -> &'static str {
     Provenance::of_port(description, port).part()
 }

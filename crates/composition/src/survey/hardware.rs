@@ -192,7 +192,7 @@ impl<'s> RobotModelCheck<'s, '_> {
                 return None;
             }
             let message = format!(
-                "{} `{}` wants a sensor of {interface} for `{}`, and the RobotModel of `{}`, a `{}`, has {}",
+                "{} `{}` needs a sensor of {interface} for `{}`, and the RobotModel of `{}`, a `{}`, has {}",
                 noun(block),
                 self.name(reader),
                 modules[reader].description.ports[port].name,

@@ -215,7 +215,7 @@ struct LinkCandidate {
     is_own: bool,
     /// Flag of an output of a Sensor.
     is_sensor: bool,
-    /// Flag of an output of a module that is no block.
+    /// Flag of an output of a module that is not a block.
     is_device: bool,
     /// Flag of a fact of Knowledge.
     /// Outputs that all may read take precedence over it.

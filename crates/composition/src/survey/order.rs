@@ -59,7 +59,7 @@ pub(super) fn survey_order(
                             .any(|target| position(target).is_some_and(|at| cycle.contains(&at)))
                 });
                 let message = ErrorCode::Circle.of(format!(
-                    "in stage {}, {} -> {} read each other in a circle",
+                    "cyclic dependency in stage {}: {} -> {}",
                     stage.name(),
                     names.join(" -> "),
                     names.first().copied().unwrap_or_default()

@@ -28,7 +28,7 @@ pub(super) fn undelivered_reflex(
         [] => "no block of its robot takes a reflex".into(),
         inboxes => format!("{}, or set `enabled = false` of its module", line(&inboxes[0], path)),
     };
-    Some((format!("outbox `{path}` has no receiver: nothing obeys this reflex"), help))
+    Some((format!("outbox `{path}` has no receiver: this reflex has no effect"), help))
 }
 
 fn is_inbox(port: &PortDescription) -> bool {

@@ -262,7 +262,7 @@ fn message_refusal(
             passes_execute.then(|| {
                 let message =
                     format!(
-                    "only Execute sends to other agents and to modules that are no blocks: `/{path}` can't send to `/{name}`"
+                    "only Execute sends to other agents and to modules that are not blocks: `/{path}` can't send to `/{name}`"
                 );
                 (span, message, "let an action send it".into())
             })

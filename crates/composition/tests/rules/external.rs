@@ -1,4 +1,4 @@
-//! Links to and from programs that are no agents.
+//! Links to and from programs that are not agents.
 
 use slate_composition::{LinkedConfiguration, unlinked_warnings};
 
@@ -23,7 +23,7 @@ fn inputs_follow_programs_by_name_port_and_field() {
         ),
         (r#"links."/plain/params/gain"="ros2:/near""#, ["`plain/params/gain` can't follow", "link an input"]),
         (r#"links."/plain/enabled"="ros2:/near""#, ["`plain/enabled` can't follow", "link an input"]),
-        (r#"links."/plain/hear"="ros2:/near""#, ["is no input with values", "link an input"]),
+        (r#"links."/plain/hear"="ros2:/near""#, ["is not an input with values", "link an input"]),
     ] {
         refused(link, &words);
     }

@@ -24,7 +24,7 @@ fn rules_of_a_reflex_come_from_knowledge_alone() {
     refused(r#"links."/r2/avoid/range/distance"="/plain/params/gain""#, &past);
     allowed(r#"links."/r2/avoid/range"="/r2/knowledge/rule""#);
     allowed(r#"links."/r2/avoid/range"="/r2/sonar/value""#);
-    // A threshold is no measurement.
+    // A threshold is not a measurement.
     let past = ["`/r2/avoid/range/distance` can't be filled past Knowledge", "of a Sensor"];
     refused(r#"links."/r2/avoid/range/distance"="/r2/sonar/value/distance""#, &past);
 }

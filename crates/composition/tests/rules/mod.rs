@@ -529,7 +529,7 @@ fn roles_of_ports_bind_links_to_other_agents() {
     }
     assert_eq!(commanded_by_other("gate"), None);
     for part in ["", "knowledge", "execute", "sensor"] {
-        let mismatch = commanded_by_other(part).unwrap_or_else(|| panic!("{part} is no gate"));
+        let mismatch = commanded_by_other(part).unwrap_or_else(|| panic!("{part} is not a gate"));
         assert!(mismatch.contains("an Actuator reads the command that passed the gate"), "{mismatch}");
     }
 }

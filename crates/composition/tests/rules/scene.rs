@@ -64,7 +64,7 @@ pub struct Tuning {
     speed: f64,
 }
 
-/// A module that is no block.
+/// A module that is not a block.
 #[ports]
 pub struct PlainIo {
     input: Input<Near>,
@@ -83,7 +83,7 @@ pub struct Calls {
     planned: Outbox<Planned>,
 }
 
-/// A module that sends actions and is no block.
+/// A module that sends actions and is not a block.
 pub struct PlainCaller;
 
 #[module(stage = Act)]

@@ -16,7 +16,7 @@ pub enum SaveTo {
     /// Each to the file that contains its value, or else to the main file.
     #[default]
     Origin,
-    /// All to the file of this computer, [`Options::host`].
+    /// All to the file of this machine, [`Options::host`].
     Host,
 }
 
@@ -114,14 +114,14 @@ impl Database {
                 place.and_then(|place| Some((configuration.sources().get(place.text)?, place)))
             else {
                 return Err(refusal(
-                    "no file of this computer to save to",
+                    "no file of this machine to save to",
                     "name one when the agent is started",
                 ));
             };
             let (Some(_), Some(document)) = (source.path(), source.document()) else {
                 return Err(refusal(
                     format!("`{}` can't be saved: {} is built in and no file", render(&path), source.name()),
-                    "save to the file of this computer, or start from a file",
+                    "save to the file of this machine, or start from a file",
                 ));
             };
             let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());

@@ -170,7 +170,7 @@ fn a_setting_of_the_command_line_is_for_one_or_for_all() {
         ("agents.robot=5", "--set:1:14: `agents.robot` takes a table"),
         (
             "modules.referee.enabled=false",
-            "no module is called `referee` (known are `clock`, `follower`; a setting of one",
+            "no module is called `referee` (known: `clock`, `follower`; a setting of one",
         ),
     ] {
         let error = load(&folder, "robot", &[set]).unwrap_err().to_string();

@@ -133,11 +133,11 @@ fn an_agent_of_several_has_its_own_variant() {
 fn invalid_choice_is_reported_with_place() {
     assert_eq!(
         refusal(FILE, &["controller=best"]),
-        "--set:1:12: `controller` chooses `best`, which is no variant (expected one of own, wall)"
+        "--set:1:12: `controller` chooses `best`, which is not a variant (expected one of own, wall)"
     );
     assert_eq!(
         refusal("pace = 3\n[choices.pace]\nslow = {}\n", &[]),
-        "exp1.toml:1:8: `pace` chooses a whole number, which is no variant (expected one of slow)"
+        "exp1.toml:1:8: `pace` chooses a whole number, which is not a variant (expected one of slow)"
     );
     assert_eq!(
         refusal("[choices.pace]\nslow = {}\n", &[]),
@@ -170,7 +170,7 @@ fn invalid_choice_is_reported_with_place() {
     // Files have the variants; settings choose.
     let set = "choices.controller.wall.modules.drive.params.speed=0.2";
     assert!(refusal(FILE, &[set]).contains("a setting chooses a variant, and can't change one"));
-    // Without variants it is no setting at all.
+    // Without variants it is not a setting at all.
     assert!(refusal("pace = \"slow\"\n", &[]).contains("unknown key `pace`"));
 }
 

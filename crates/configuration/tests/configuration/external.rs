@@ -1,4 +1,4 @@
-//! Links to and from programs that are no agents.
+//! Links to and from programs that are not agents.
 
 use slate_configuration::ExternalDirection;
 

@@ -146,7 +146,7 @@ fn a_byte_order_mark_and_windows_line_ends_are_fine() {
 
 /// Checks that what a report shows can be shown, whatever was read.
 fn never_panics(text: &str, sets: &[&str]) {
-    // A random text may not read files of this computer.
+    // A random text may not read files of this machine.
     if text.contains("include") {
         return;
     }

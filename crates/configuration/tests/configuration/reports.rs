@@ -91,7 +91,7 @@ fn every_error_says_what_was_found_and_what_to_write() {
         ),
         (
             "[log]\nlevel = \"inof\"\n",
-            "2:9: `level` can't be `inof` (did you mean `info`? known are `error`, `warn`, `info`, `debug`, `trace`)",
+            "2:9: `level` can't be `inof` (did you mean `info`? known: `error`, `warn`, `info`, `debug`, `trace`)",
         ),
         ("[log]\nlevel = info\n", "2:9: expected a value, found `info` (put text in quotes: \"info\")"),
         ("[loop]\nperiod = 20ms\n", "2:10: expected a value, found `20ms` (put text in quotes: \"20ms\")"),

@@ -211,7 +211,7 @@ fn each_value_goes_to_the_file_that_it_comes_from() {
     assert!(database.diff().is_empty(), "what is saved goes over the command line: {:?}", database.diff());
     assert_eq!(database.current().value("modules.a.params.y").unwrap().as_integer(), Some(5));
 
-    // All of it to this computer's file.
+    // All of it to this machine's file.
     database.set(&[("loop.hang", "4s"), ("modules.a.params.z", "7")]).unwrap();
     assert_eq!(database.save(SaveTo::Host).unwrap(), [folder.path("host.toml")]);
     let expected = "# here\n[modules.a]\nparams.y = 5 # slow\nparams.z = 7\n\n[loop]\nhang = \"4s\"\n";
@@ -251,12 +251,12 @@ fn unsavable_change_is_reported_and_stays() {
     database.set(&[("loop.period", "10ms")]).unwrap();
     assert_eq!(
         database.save(SaveTo::Origin).unwrap_err().to_string(),
-        "`loop.period` can't be saved: exp1.toml is built in and no file (save to the file of this computer, or start \
+        "`loop.period` can't be saved: exp1.toml is built in and no file (save to the file of this machine, or start \
          from a file)"
     );
     assert_eq!(
         database.save(SaveTo::Host).unwrap_err().to_string(),
-        "no file of this computer to save to (name one when the agent is started)"
+        "no file of this machine to save to (name one when the agent is started)"
     );
     assert_eq!(database.diff().len(), 1);
 

@@ -103,7 +103,7 @@ fn an_invalid_edit_is_refused_whole_with_file_line_and_caret() {
     fs::write(folder.path("robot.toml"), "").unwrap();
     assert_eq!(
         next(&told).unwrap_err().to_string(),
-        "change:1:9: no module is called `a` (it was there when this was changed: put it back, or take the change back with `slate config revert modules.a`)"
+        "change:1:9: no module is called `a` (it was there when this was changed: put it back, or revert the change with `slate config revert modules.a`)"
     );
     database.revert("modules").unwrap().commit().unwrap();
     fs::write(folder.path("robot.toml"), "# none\n").unwrap();

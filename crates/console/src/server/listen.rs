@@ -49,7 +49,7 @@ fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     Ok(listener)
 }
 
-/// Local names of this computer.
+/// Local names of this machine.
 const LOCAL_HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 
 /// Returns the host names of the console, each with the port.
@@ -57,7 +57,7 @@ const LOCAL_HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
     let mut hosts = Vec::new();
     for address in addresses {
-        // A client that reaches all addresses of a computer uses one of its names.
+        // A client that reaches all addresses of a machine uses one of its names.
         if !address.ip().is_unspecified() {
             hosts.push(address.to_string());
         }
@@ -74,7 +74,7 @@ pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
 }
 
 /// Returns the host name for browsers, among those that a certificate holds.
-/// If only this computer reaches the console, one of its local names if there is one.
+/// If only this machine reaches the console, one of its local names if there is one.
 pub(super) fn display_host(
     addresses: &[SocketAddr],
     hosts: &[String],

@@ -3,7 +3,7 @@
 //!
 //! The client says `{"take": "r2/wheels"}`, then `{"command": {"left": 1, "right": 1}, "sequence": 7}` at 20 Hz as long as a key
 //! is held, and `{"release": true}` when it is let go. It is answered how the gate stands. A command holds for 150 ms
-//! ([`Teleoperation::COMMAND_DURATION`]) and ends by the agent's own clock, whatever became of the key, the page, the computer or the network.
+//! ([`Teleoperation::COMMAND_DURATION`]) and ends by the agent's own clock, whatever became of the key, the page, the machine or the network.
 //! `{"stop": "reason"}` stops all actuators at once.
 
 use hyper::StatusCode;

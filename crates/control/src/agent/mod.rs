@@ -341,7 +341,7 @@ impl AgentControl {
         let switch = format!("{name}/enabled");
         if let Some(link) = self.composer.links().into_iter().find(|link| link.to == switch) {
             let message = ErrorCode::Linked.of(format!("`{name}` is switched by a link, from {}", link.from));
-            return Err(refusal(message, &format!("take the link away first: slate unlink {switch}")));
+            return Err(refusal(message, &format!("remove the link first: slate unlink {switch}")));
         }
         let has_failed = on && module.condition == "FAULTED";
         let present = self.composer.board().read(&format!("{name}/enabled/value"));

@@ -8,8 +8,8 @@ use slate_runtime::printable;
 #[derive(Debug, thiserror::Error)]
 #[cfg_attr(not(feature = "tls"), allow(dead_code, reason = "some of it only TLS has"))]
 pub enum AccessFailure {
-    /// A text is no address.
-    #[error("`{text}` is no address of an agent: {reason}")]
+    /// A text is not an address.
+    #[error("`{text}` is not an address of an agent: {reason}")]
     NoAddress {
         /// Text.
         text: String,
@@ -25,7 +25,7 @@ pub enum AccessFailure {
         reason: String,
     },
     /// The secret would go over a network in the open.
-    #[error("{address} is at another computer, and without TLS everybody on the way reads the secret")]
+    #[error("{address} is on another machine, and without TLS the token can be read on the network")]
     Open {
         /// Address.
         address: String,
@@ -53,7 +53,7 @@ pub enum AccessFailure {
         reason: String,
     },
     /// The file of trusted certificates is of no use.
-    #[error("{} can't be used to know agents by: {reason}", printable(.path))]
+    #[error("{} can't be used as a certificate file: {reason}", printable(.path))]
     Certificate {
         /// File.
         path: PathBuf,
@@ -68,21 +68,21 @@ pub enum AccessFailure {
         address: String,
     },
     /// No secret is known.
-    #[error("there is no secret for {address}")]
+    #[error("no token for {address}")]
     NoToken {
         /// Address.
         address: String,
     },
     /// The secret is of no use.
-    #[error("the secret in {place} can't be used: {reason}")]
+    #[error("the token in {place} is invalid: {reason}")]
     Token {
         /// Place of the secret.
         place: String,
         /// Reason.
         reason: String,
     },
-    /// A file of this computer is named for an agent elsewhere.
-    #[error("{} would be a file of this computer, and the agent runs elsewhere", printable(.path))]
+    /// A file of this machine is named for an agent elsewhere.
+    #[error("{} would be a file of this machine, and the agent runs elsewhere", printable(.path))]
     FileHere {
         /// File.
         path: PathBuf,
@@ -91,7 +91,7 @@ pub enum AccessFailure {
 
 /// Hint on how to trust other certificates.
 const AUTHORITY_HELP: &str =
-    "let SLATE_CERTIFICATE be the file of its certificate, or of the authority that signed it, in PEM";
+    "set SLATE_CERTIFICATE to the file of its certificate, or of the authority that signed it, in PEM";
 
 impl AccessFailure {
     /// Returns whether the error is the caller's, not an unreachable agent.
@@ -121,18 +121,18 @@ impl AccessFailure {
             }
             Self::NoTls { address } => {
                 let open = address.replacen("https:", "http:", 1);
-                format!("ask {open} if that is this computer; else give the agent a certificate: `console.certificate`")
+                format!("ask {open} if that is this machine; else give the agent a certificate: `console.certificate`")
             }
             Self::Untrusted { .. } => AUTHORITY_HELP.into(),
             Self::Certificate { .. } => "give a file in PEM: it begins with -----BEGIN CERTIFICATE-----".into(),
             #[cfg(not(feature = "tls"))]
             Self::WithoutTls { .. } => "build it with the feature `tls`: cargo build --release --features tls".into(),
             Self::NoToken { .. } => {
-                "let SLATE_TOKEN be the secret, which stands behind `#token=` in the link that the agent prints, or \
+                "set SLATE_TOKEN to the token, which follows `#token=` in the link that the agent prints, or \
                  @FILE for a file that has it"
                     .into()
             }
-            Self::Token { .. } => "a secret is made of letters and digits, as of `openssl rand -hex 32`".into(),
+            Self::Token { .. } => "a token consists of letters and digits, as of `openssl rand -hex 32`".into(),
             Self::FileHere { path } => match path.file_name().map(Path::new) {
                 Some(name) => format!("name it without a folder, such as {}; it is made at the agent", printable(name)),
                 None => "name a file without a folder; it is made at the agent".into(),

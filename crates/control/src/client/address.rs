@@ -85,9 +85,11 @@ impl FromStr for Address {
         };
         let (host, port) = authority.split_at(end.unwrap_or(authority.len()));
         let port = match port.strip_prefix(':') {
-            Some(port) => {
-                port.parse().ok().filter(|port| *port > 0).ok_or("its port is no number from 1 to 65535")?
-            }
+            Some(port) => port
+                .parse()
+                .ok()
+                .filter(|port| *port > 0)
+                .ok_or("its port is not a number from 1 to 65535")?,
             None if port.is_empty() => usual,
             None => return Err(INVALID_HOST),
         };

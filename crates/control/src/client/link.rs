@@ -83,7 +83,7 @@ impl ClientLink {
         })
     }
 
-    /// Creates the link over TCP, with TLS or to this computer.
+    /// Creates the link over TCP, with TLS or to this machine.
     pub fn tcp(access: &Access) -> std::result::Result<Self, AccessFailure> {
         let address = &access.address;
         let unreached = |error: &dyn std::fmt::Display| AccessFailure::Unreached {

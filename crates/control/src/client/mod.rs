@@ -345,7 +345,7 @@ impl Client {
         &self.name
     }
 
-    /// Returns whether it is reached by a socket of this computer.
+    /// Returns whether it is reached by a socket of this machine.
     pub fn is_local(&self) -> bool {
         self.is_local
     }

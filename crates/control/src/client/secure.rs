@@ -110,7 +110,7 @@ fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), AccessFailure> {
     let configured = std::env::var_os("SSL_CERT_FILE").map(PathBuf::from);
     let standard = || SYSTEM_AUTHORITIES.iter().map(PathBuf::from).find(|path| path.is_file());
     let Some(path) = configured.or_else(standard) else {
-        let reason = "this computer has no list of trusted authorities; set SLATE_CERTIFICATE to the agent's certificate";
+        let reason = "this machine has no list of trusted authorities; set SLATE_CERTIFICATE to the agent's certificate";
         return Err(AccessFailure::Certificate { path: SYSTEM_AUTHORITIES[0].into(), reason: reason.into() });
     };
     read(&path).map(|found| (path, found))

@@ -214,13 +214,13 @@ fn named(done: Done) -> Result<OperationAnswer, Problem> {
     })
 }
 
-/// Returns a file that a caller on this computer names by its path.
+/// Returns a file that a caller on this machine names by its path.
 /// `None` over the network: a caller that may name any file may overwrite any.
 fn local_file(request: &OperationRequest, name: &str) -> Option<PathBuf> {
     request.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
 }
 
-/// Body that names a file at this computer.
+/// Body that names a file on this machine.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Named {

@@ -61,7 +61,7 @@ pub(super) fn parameters(
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();
         parameters.map(move |Parameter { name: parameter, default, range, .. }| {
-            // An infinite range is no range.
+            // An infinite range is not a range.
             let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
             let operable = surface.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);
             json!({ "module": name, "name": parameter, "default": default, "range": range, "operable": operable })

@@ -66,7 +66,7 @@ pub(super) const SHADOW: Operation = Operation::put(
     "/plugins/{plugin}/shadow",
     "shadow",
     Role::Developer,
-    "Runs new code beside that of a plugin, at the computer of the agent alone; its outputs are \
+    "Runs new code beside that of a plugin, on the agent's machine alone; its outputs are \
      compared and discarded",
     Pace::Change,
 )
@@ -125,7 +125,7 @@ fn check_local(request: &OperationRequest, file: PathBuf) -> Result<PathBuf, Pro
     match request.caller.local {
         Some(_) => Ok(file),
         None => {
-            let help = "name a plugin of the configuration, or load the library at the computer of the agent";
+            let help = "name a plugin of the configuration, or load the library on the agent's machine";
             Err(Problem::bad("a library can't be named over the network", help))
         }
     }

@@ -60,7 +60,7 @@ pub(super) const VALUES: Operation = Operation::post(
 const EXTENSION: &str = "snapshot";
 
 /// Returns the file of a snapshot: a name in the folder of snapshots.
-/// For a caller on this computer also any absolute path.
+/// For a caller on this machine also any absolute path.
 fn file(request: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
     let name = request.part("snapshot");
     if let Some(path) = local_file(request, name) {

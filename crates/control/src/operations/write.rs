@@ -114,7 +114,7 @@ fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
         return "it moves the robot, and has only what passed the gate; drive it by `slate teleop`, or set its goal: slate goal"
             .into();
     }
-    format!("take the link away first: slate unlink {path}, or DELETE /api/v1/links/{path}")
+    format!("remove the link first: slate unlink {path}, or DELETE /api/v1/links/{path}")
 }
 
 /// Resolves a path to a setting that the caller may write.

@@ -127,7 +127,7 @@ fn changes_are_saved_with_the_comments_of_the_file() {
     assert!(text.contains("[modules.teller] # it tells\nparams = { first = 3.5 }"), "{text}");
     assert!(client.differences().unwrap().is_empty());
     client.set(&[change("modules.teller.params.first", "4.5")]).unwrap();
-    assert!(refused(client.save(SaveTo::Host)).message.contains("no file of this computer"));
+    assert!(refused(client.save(SaveTo::Host)).message.contains("no file of this machine"));
     drop((server, agent));
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
 }

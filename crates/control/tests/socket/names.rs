@@ -45,7 +45,7 @@ fn unknown_name_is_refused_with_nearest_names() {
         why(client.set(&[change("modules.tellr.params.first", "1")]))
     });
 
-    // What has no match behind a star is no error.
+    // What has no match behind a star is not an error.
     assert!(client.properties(Some("/teller/*/nothing")).unwrap().is_empty());
     assert!(client.revert("modules.teller").unwrap().is_empty());
 }

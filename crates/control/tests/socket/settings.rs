@@ -27,7 +27,7 @@ fn several_parameters_change_in_one_write_and_are_listed() {
     assert_eq!(differences[0].file.as_deref(), Some("2.0"));
     assert_eq!((&differences[1].file, differences[1].default.as_deref()), (&None, Some("1.0")));
     assert_eq!((&changed[1].before, changed[1].default.as_deref()), (&None, Some("1.0")));
-    // The text is no file, so it stays as it is.
+    // The text is not a file, so it stays as it is.
     assert!(refused(client.save(SaveTo::Origin)).message.contains("built in"));
 }
 

@@ -123,7 +123,7 @@ impl LibraryOutline {
     /// Reads the outline of a library without opening it.
     ///
     /// # Errors
-    /// When the file can't be read, is no whole library for this machine, or is no plugin.
+    /// When the file can't be read, is not a whole library for this machine, or is not a plugin.
     pub fn read(file: &Path) -> Result<Self, LibraryError> {
         let refuse =
             |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
@@ -135,7 +135,7 @@ impl LibraryOutline {
         };
         // Reading a pipe or a device may take for ever.
         if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
-            return Err(refuse("is no file".into(), PATH));
+            return Err(refuse("is not a file".into(), PATH));
         }
         // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as truncating it
         // meanwhile would end this process.
@@ -154,7 +154,7 @@ impl LibraryOutline {
         const LIBRARY: &str = "build it as a shared library for this machine: crate-type = [\"cdylib\"]";
         const TRUNCATED: &str = "build or copy it again";
         let header = elf::FileHeader64::<Endianness>::parse(bytes)
-            .map_err(|_| ("is no shared library (ELF, 64 bits)".to_owned(), LIBRARY))?;
+            .map_err(|_| ("is not a shared library (ELF, 64 bits)".to_owned(), LIBRARY))?;
         let endian = header.endian().map_err(|error| (format!("has no byte order: {error}"), LIBRARY))?;
         let (found, expected) = (header.e_machine(endian), machine());
         if header.e_type(endian) != elf::ET_DYN
@@ -162,7 +162,7 @@ impl LibraryOutline {
             || header.is_big_endian() != cfg!(target_endian = "big")
         {
             let problem = format!(
-                "is no shared library for this machine: it has type {} and machine {}, expected {} and {}",
+                "is not a shared library for this machine: it has type {} and machine {}, expected {} and {}",
                 header.e_type(endian).0,
                 found.0,
                 elf::ET_DYN.0,

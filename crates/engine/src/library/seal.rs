@@ -13,7 +13,7 @@ use super::{LibraryError, LibraryOutline};
 /// False if it was sealed already.
 ///
 /// # Errors
-/// When the file is no plugin, is damaged, or can't be written; it is as it was then.
+/// When the file is not a plugin, is damaged, or can't be written; it is as it was then.
 pub fn seal(path: &Path) -> Result<bool, LibraryError> {
     LibraryOutline::read(path)?;
     let failed = |error: io::Error| LibraryError {

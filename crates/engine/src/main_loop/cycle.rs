@@ -292,7 +292,7 @@ fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
             }
             Choice::Stage(choice) => next = choice,
         }
-        // To decide is no module's work.
+        // To decide is not a module's work.
         turn.mark = 0;
     }
     // SAFETY: as above.

@@ -67,7 +67,7 @@ impl Runner {
     /// Restores the saved state of another instance in a module that has not begun yet.
     ///
     /// # Errors
-    /// Why it begins afresh: the state doesn't fit, or the call does not return.
+    /// Why it restarts with a fresh state: the state doesn't fit, or the call does not return.
     pub fn restore(&mut self, state: &[u8]) -> Result<(), String> {
         let fits = self.code.restore(state);
         if !self.code.has_instance() {
@@ -139,7 +139,7 @@ impl Runner {
         match instance {
             Ok(instance) => {
                 self.code.set_instance(instance);
-                self.log.write(Level::Error, "panicked; started anew with a fresh state");
+                self.log.write(Level::Error, "panicked; restarted with a fresh state");
             }
             Err(reason) => {
                 self.set_condition(ModuleCondition::FAULTED, now);
@@ -191,7 +191,7 @@ impl Runner {
         match self.create() {
             Ok(instance) => {
                 self.code.set_instance(instance);
-                self.log.write(Level::Warn, "started anew in another process, with a fresh state");
+                self.log.write(Level::Warn, "restarted in another process, with a fresh state");
                 self.write_process(now, true);
                 true
             }

@@ -43,7 +43,7 @@ impl Supervised {
         match self.supervisor.failed(now) {
             Some(delay) => {
                 let delay = delay / 1_000_000;
-                (format!("its process {reason}; it starts anew in {delay} ms"), true)
+                (format!("its process {reason}; it restarts in {delay} ms"), true)
             }
             None => (format!("its process {reason}; {}", Supervisor::limit()), false),
         }

@@ -62,7 +62,7 @@ const POINT_LIMIT: usize = 4096;
 pub enum PointError {
     /// Invalid name of a point.
     #[error(
-        "`{name}` is no name of a synchronization point: expected up to {DEPTH_LIMIT} parts of letters, digits, `_`, `-` \
+        "`{name}` is not a name of a synchronization point: expected up to {DEPTH_LIMIT} parts of letters, digits, `_`, `-` \
          and `.`, each after a `/`, such as `/stage/act/start`"
     )]
     Name {
@@ -96,7 +96,7 @@ impl Synchronization {
     /// Returns the point of that name; makes it and those above it on demand.
     ///
     /// # Errors
-    /// When it is no name of a point, or there are too many.
+    /// When it is not a name of a point, or there are too many.
     pub fn point(&self, name: &str) -> Result<Arc<Point>, PointError> {
         let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         let point = points.get(name)?;

@@ -33,7 +33,7 @@ const ROUTE_LENGTH: f64 = 100.0;
 
 /// Evaluates the localization in an office, and in the hospital of a folder.
 /// It measures errors of a known pose, and how often `starts` unknown poses are found, or those after the robot was
-/// carried away.
+/// kidnapped.
 ///
 /// # Errors
 /// The folder has no map, or one that can't be used.

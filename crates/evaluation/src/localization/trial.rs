@@ -13,7 +13,7 @@ use super::settings::{BEAMS, parameters};
 pub const TRAVEL: f64 = 20.0;
 /// Errors up to which a pose is found, m and rad.
 pub const FOUND: [f64; 2] = [0.25, 0.09];
-/// Distance that a robot drives before it is carried away, m.
+/// Distance that a robot drives before it is kidnapped, m.
 const BEFORE_KIDNAPPING: f64 = 5.0;
 /// Steps after which a robot that does not move is given up.
 const MOST_STEPS: usize = 20_000;
@@ -47,7 +47,7 @@ impl Errors {
 pub enum SearchKind {
     /// Search of an unknown initial pose.
     Global,
-    /// Search after the robot was carried away.
+    /// Search after the robot was kidnapped.
     Kidnapped,
 }
 

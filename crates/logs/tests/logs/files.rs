@@ -76,7 +76,7 @@ fn a_log_is_known_by_its_content_whatever_it_is_called() {
     let error = logs::import(&path, &folder.join("x.mcap"), &STRICT).unwrap_err().to_string();
     assert!(
         error.contains("letter")
-            && error.contains("known are mcap, carmen, openrdk, bblogger, rosbag1, rosbag2"),
+            && error.contains("known: mcap, carmen, openrdk, bblogger, rosbag1, rosbag2"),
         "{error}"
     );
     assert!(!folder.join("x.mcap").exists() && !folder.join("x.mcap.part").exists());

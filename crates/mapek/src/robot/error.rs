@@ -40,7 +40,7 @@ pub enum RobotProblem {
         line: u32,
     },
     /// Name that can't be part of a URL.
-    #[error("`{name}` is no name: expected letters, digits and `_`, such as `range_monitor`")]
+    #[error("`{name}` is not a name: expected letters, digits and `_`, such as `range_monitor`")]
     Name {
         /// The name.
         name: String,

@@ -119,7 +119,7 @@ impl<B> Robot<B> {
         self.add(name, None)
     }
 
-    /// Adds a module that is no block of MAPE-K.
+    /// Adds a module that is not a block of MAPE-K.
     #[track_caller]
     pub fn module<M: Module>(self, name: &str) -> Robot<M> {
         self.add(name, None)

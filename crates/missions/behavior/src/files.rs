@@ -75,7 +75,7 @@ impl SkillFiles {
 
     /// Reads a module; returns its text and the short name of its file.
     pub(crate) fn read(&self, name: &str) -> Result<(String, String), String> {
-        let missing = || format!("module `{name}` is no file of the skill path");
+        let missing = || format!("module `{name}` is not a file of the skill path");
         match &self.source {
             SkillSource::Texts(texts) => {
                 Ok((texts.get(name).ok_or_else(missing)?.clone(), format!("{name}.lua")))

@@ -166,7 +166,7 @@ def reference(made):
     robot, files = Robot(), made["files"]
 
     def read(name):
-        return (files[name], f"{name}.lua") if name in files else (None, f"module `{name}` is no file of the skill path")
+        return (files[name], f"{name}.lua") if name in files else (None, f"module `{name}` is not a file of the skill path")
 
     native = lua.table_from(
         {

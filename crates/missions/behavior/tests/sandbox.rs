@@ -25,7 +25,7 @@ fn bytecode_is_refused() {
 fn require_stays_in_the_skill_path() {
     for name in ["../secret", "..secret", "/etc/passwd", "skills/../x", ""] {
         let error = refusal(&format!("require '{name}'"));
-        assert!(error.contains("is no file of the skill path"), "{error}");
+        assert!(error.contains("is not a file of the skill path"), "{error}");
     }
     assert!(printed("print(pcall(require, 'other'))")[0].contains("is required while the mission runs"));
 }

@@ -48,7 +48,7 @@ fn a_loop_keeps_the_text_of_its_entry_from_the_start() {
     assert_eq!(
         trace("<LoopInt queue=\"{q}\"><A/></LoopInt>", &[], 1),
         [": Succeeded"],
-        "no value is no queue"
+        "no value is not a queue"
     );
 }
 

@@ -50,7 +50,7 @@ impl MissionActions {
     /// Actions by their names and arguments.
     ///
     /// # Errors
-    /// If a name is too long, or an argument is no number.
+    /// If a name is too long, or an argument is not a number.
     pub fn new<'a>(actions: impl Iterator<Item = (&'a str, Vec<&'a str>)>) -> Result<Self, String> {
         let performed: Vec<Performed> = actions
             .map(|(name, arguments)| performed(name, &numbers(name, &arguments)?))

@@ -300,7 +300,7 @@ fn read(file: &str) -> Result<ActionTheory, String> {
         checked.map_err(|reason| format!("{file}:{}: {reason}", action.line))?;
         if !action.is_plain {
             return Err(format!(
-                "{file}:{}: expected what the robot performs for `{}`, as its arguments are no numbers: \
+                "{file}:{}: expected what the robot performs for `{}`, as its arguments are not numbers: \
                  `performs GoTo(x(p), y(p))`",
                 action.line, action.name
             ));

@@ -161,5 +161,5 @@ fn skills_that_can_not_run_fail_with_the_reason() {
         verdict.reason.as_str().to_owned()
     };
     assert_eq!(reason(Path::new("")), "a mission needs a file with its skills");
-    assert_eq!(reason(Path::new("none.lua")), "module `none` is no file of the skill path");
+    assert_eq!(reason(Path::new("none.lua")), "module `none` is not a file of the skill path");
 }

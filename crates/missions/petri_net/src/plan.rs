@@ -95,7 +95,7 @@ impl PetriPlan {
         let folder = file.parent().unwrap_or(Path::new(""));
         Self::new(root, |name| {
             let file = folder.join(format!("{name}.pnml"));
-            // A name with other signs is no file's.
+            // A name with other signs is not a file's.
             let is_plain = name.chars().all(|sign| sign.is_alphanumeric() || "_-.".contains(sign));
             if !is_plain || !file.is_file() {
                 return Ok(None);

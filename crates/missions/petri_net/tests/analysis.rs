@@ -61,7 +61,10 @@ fn a_deadlock_has_the_shortest_way_to_it() {
         ],
     );
     let report = check(&net);
-    assert_eq!(found(&report, FindingKind::Deadlock), Some(("nothing can happen with b", Some(vec![2]))));
+    assert_eq!(
+        found(&report, FindingKind::Deadlock),
+        Some(("no transition is enabled in the marking b", Some(vec![2])))
+    );
     let dead = "transition t4 (open) never has the tokens of b, key";
     assert_eq!(found(&report, FindingKind::DeadTransition), Some((dead, None)));
     assert_eq!(found(&report, FindingKind::UnreachableGoal), None);

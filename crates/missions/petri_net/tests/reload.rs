@@ -96,5 +96,5 @@ fn an_action_that_becomes_a_sub_plan_while_it_runs_is_refused() {
     let mut inside = PetriNetExecutor::new(changed(), ConflictOrder::File);
     inside.step(&mut host).unwrap();
     let error = inside.reload(plan(patrol("goto_2", "start"))).unwrap_err().to_string();
-    assert!(error.contains("`goto_1` runs, and is no sub-plan any more"), "{error}");
+    assert!(error.contains("`goto_1` runs, and is not a sub-plan any more"), "{error}");
 }

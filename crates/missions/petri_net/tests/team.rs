@@ -462,7 +462,7 @@ fn a_deadlock_across_robots_has_the_way_to_it() {
     let report = check_joint(&joint(&stuck), &CheckLimits::default());
     let found: Vec<_> = report.findings.iter().map(|one| (one.kind, one.text.as_str())).collect();
     assert_eq!(found[0].0, FindingKind::Deadlock);
-    assert_eq!(found[0].1, "nothing can happen to r2 with waiting @r2, goal @r1");
+    assert_eq!(found[0].1, "no transition of r2 is enabled in the marking waiting @r2, goal @r1");
     assert_eq!(report.findings[0].path.as_ref().unwrap().transitions, [1]);
     assert_eq!(found[1].0, FindingKind::Dependent);
     assert!(found[1].1.starts_with("r2 waits for others with waiting @r2, for ever if they vanish"));

@@ -55,7 +55,7 @@ struct TailField {
 };
 
 /// Returns the tail of an interface: its last field, with as many items as each value has.
-/// It is no member of the struct; ports give its items.
+/// It is not a member of the struct; ports give its items.
 template <typename T>
 constexpr TailField<T> tail(const char *name, const char *unit = "", const char *doc = "") {
     return {name, unit, doc};

@@ -176,7 +176,7 @@ impl BlackBoard {
     /// `*` stands for one part of a path, `**` for any number of parts.
     ///
     /// # Errors
-    /// When it is no pattern.
+    /// When it is not a pattern.
     pub fn matching<T: Interface + ?Sized>(&self, pattern: &str) -> Result<Vec<String>, Refusal> {
         let schema = T::DESCRIPTOR.hash;
         // SAFETY: everything lives during the call.
@@ -189,7 +189,7 @@ impl BlackBoard {
     /// Events count from the first call on.
     ///
     /// # Errors
-    /// When it is no pattern.
+    /// When it is not a pattern.
     pub fn event(&self, pattern: &str) -> Result<Option<(String, BoardEvent)>, Refusal> {
         let mut event = BoardEvent::default();
         // SAFETY: everything lives during the call.

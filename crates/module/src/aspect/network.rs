@@ -107,11 +107,11 @@ pub const SEND_LIMIT: usize = 256 * 1024;
 pub const SOCKET_LIMIT: usize = 64;
 
 impl Network {
-    /// Returns the UDP socket at an address of this computer, such as `0.0.0.0:9000`.
+    /// Returns the UDP socket at an address of this machine, such as `0.0.0.0:9000`.
     /// Port 0 means any that is free. It may send to the broadcast address, `255.255.255.255`.
     ///
     /// # Errors
-    /// When it is no address, it is taken, or the module has too many sockets.
+    /// When it is not an address, it is taken, or the module has too many sockets.
     pub fn udp(&self, address: &str) -> Result<Datagrams<'_>, Refusal> {
         Ok(Datagrams { network: self, socket: self.open(self.udp, address)?.unwrap_or_default() })
     }
@@ -127,7 +127,7 @@ impl Network {
         Ok(socket.map(|socket| Connection { network: self, socket }))
     }
 
-    /// Returns the listener at an address of this computer, for connections by others.
+    /// Returns the listener at an address of this machine, for connections by others.
     ///
     /// # Errors
     /// As for [`udp`](Network::udp).
@@ -201,7 +201,7 @@ impl Datagrams<'_> {
     /// no room for it.
     ///
     /// # Errors
-    /// When it is no address, the datagram is too long (65507 bytes), or too much waits for the end of this tick
+    /// When it is not an address, the datagram is too long (65507 bytes), or too much waits for the end of this tick
     /// ([`SEND_LIMIT`]).
     pub fn send(&self, to: &str, data: &[u8]) -> Result<(), Refusal> {
         self.network.send(self.socket, to, data)

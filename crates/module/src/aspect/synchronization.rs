@@ -59,7 +59,7 @@ impl Synchronization {
     /// A tick that fails emits nothing.
     ///
     /// # Errors
-    /// When it is no name of a point, or there are too many.
+    /// When it is not a name of a point, or there are too many.
     pub fn emit(&self, point: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
         let (code, reason) =
@@ -71,7 +71,7 @@ impl Synchronization {
     /// A point is such as `/stage/Act/end`; it counts from the first request on.
     ///
     /// # Errors
-    /// When it is no name of a point, or there are too many.
+    /// When it is not a name of a point, or there are too many.
     pub fn count(&self, point: &str) -> Result<u64, Refusal> {
         let mut count = 0;
         // SAFETY: everything lives during the call.

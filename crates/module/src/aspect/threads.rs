@@ -317,7 +317,7 @@ impl Stop {
     /// Emits a synchronization point, such as `/camera/image`, and those above it.
     ///
     /// # Errors
-    /// When it is no name of a point, or there are too many.
+    /// When it is not a name of a point, or there are too many.
     pub fn emit(&self, point: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
         let (code, reason) =
@@ -330,7 +330,7 @@ impl Stop {
     /// returned count, nothing is missed. `None` after `limit` of wall-clock time, or when the thread must stop.
     ///
     /// # Errors
-    /// When it is no name of a point, or there are too many.
+    /// When it is not a name of a point, or there are too many.
     pub fn wait_for(&self, point: &str, since: u64, limit: Duration) -> Result<Option<u64>, Refusal> {
         let mut count = 0;
         // SAFETY: everything lives during the call.

@@ -13,7 +13,7 @@ pub struct SensorHealth {
     /// Age of the newest measurement.
     #[unit("s")]
     pub age: f64,
-    /// Share of the measurement that is no number, 0 to 1.
+    /// Share of the measurement that is not a number, 0 to 1.
     pub invalid: f64,
     /// Travel of the robot, or of its sides in a turn, with unchanged measurements.
     #[unit("m")]

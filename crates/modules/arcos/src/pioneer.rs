@@ -205,9 +205,7 @@ fn model(params: &PioneerParams) -> Result<Option<&'static Model>, Refusal> {
         return Ok(None);
     }
     let known = || MODELS.map(|model| model.name).join(", ");
-    Model::named(name)
-        .map(Some)
-        .ok_or_else(|| Refusal(format!("no robot `{name}` is known; known are {}", known())))
+    Model::named(name).map(Some).ok_or_else(|| Refusal(format!("unknown robot `{name}`; known: {}", known())))
 }
 
 fn settings(params: &PioneerParams, state: &PioneerState) -> Result<DriverSettings, Refusal> {

@@ -58,13 +58,13 @@ pub enum Loss {
     #[error("the robot's answers do not match the requests")]
     Confused,
     /// No report for a second.
-    #[error("the robot fell silent")]
+    #[error("the robot stopped responding")]
     Silent,
     /// Only noise on the line for a second, after reports.
-    #[error("the robot can't be understood any more: there is only noise on the line")]
+    #[error("the robot sends only noise: check line and baud rate")]
     Drowned,
     /// Unknown model.
-    #[error("the robot is a `{0}`; known are {known}: name one in `model`", known = known())]
+    #[error("unknown robot model `{0}`: set `model` to one of {known}", known = known())]
     Unknown(String),
 }
 

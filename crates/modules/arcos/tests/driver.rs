@@ -314,7 +314,7 @@ fn silent_or_noisy_robot_is_reported_and_found_again() {
     let running = Running::connected(&link);
     let silent = Faults { silent: true, ..Faults::default() };
     let noise = Faults { noise: true, ..Faults::default() };
-    for (faults, text) in [(silent, "fell silent"), (noise, "noise")] {
+    for (faults, text) in [(silent, "stopped responding"), (noise, "noise")] {
         running.drive(1.0, 1.0);
         running.until("motion", || controller.wheels().0 > 0.05);
         controller.set_faults(faults);

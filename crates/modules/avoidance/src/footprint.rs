@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Point2, Pose2};
 use slate_module::math;
 
-/// Reason why an outline is no valid footprint.
+/// Reason why an outline is not a valid footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FootprintError {
     /// Fewer than three corners.

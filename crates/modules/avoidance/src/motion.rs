@@ -23,7 +23,7 @@ const CLEARANCE_TOLERANCE: f64 = 0.001;
 struct Obstacle {
     x: f64,
     y: f64,
-    /// Present distance from the outline.
+    /// Present distance from the footprint.
     distance: f64,
     /// Maximum speed, in any direction.
     speed: f64,

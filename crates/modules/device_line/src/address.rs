@@ -17,7 +17,7 @@ pub enum LineAddress {
     Input(PathBuf),
 }
 
-/// Reason why a text is no valid device address.
+/// Reason why a text is not a valid device address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     /// Neither a path nor an address.
@@ -76,7 +76,7 @@ impl LineAddress {
     /// Returns a serial device by its path.
     ///
     /// # Errors
-    /// When it is no absolute path.
+    /// When it is not an absolute path.
     pub fn serial(path: &str, baud: u32) -> Result<Self, AddressError> {
         if path.starts_with('/') {
             Ok(Self::Serial { path: path.into(), baud })
@@ -88,12 +88,12 @@ impl LineAddress {
     /// Returns an input device by its path.
     ///
     /// # Errors
-    /// When it is no absolute path.
+    /// When it is not an absolute path.
     pub fn input(path: &str) -> Result<Self, AddressError> {
         Self::serial(path, 0).map(|_| Self::Input(path.into()))
     }
 
-    /// Checks the form of the address. A device that is not connected yet is no error.
+    /// Checks the form of the address. A device that is not connected is no error.
     ///
     /// # Errors
     /// When the folder of the path is missing, or a file or a folder is at the path.

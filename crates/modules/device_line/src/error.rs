@@ -18,10 +18,10 @@ pub enum PortError {
     #[error("{} is in use: end the other program that has it open", .0.display())]
     Busy(PathBuf),
     /// Path of another type of file.
-    #[error("{} is no serial device", .0.display())]
+    #[error("{} is not a serial device", .0.display())]
     NotSerial(PathBuf),
     /// Unsupported baud rate.
-    #[error("{} has no speed of {baud} baud", .path.display())]
+    #[error("{} does not support {baud} baud", .path.display())]
     Speed {
         /// Device.
         path: PathBuf,

@@ -23,7 +23,7 @@ impl InputDevice {
         let file = open(path, flags, Mode::empty()).map_err(|error| PortError::opening(path, error))?;
         let status = fstat(&file).map_err(|error| PortError::using(path, error))?;
         if FileType::from_raw_mode(status.st_mode) != FileType::CharacterDevice {
-            return Err(PortError::Other { path: path.into(), reason: "it is no input device".into() });
+            return Err(PortError::Other { path: path.into(), reason: "it is not an input device".into() });
         }
         Ok(Self { file, path: path.into() })
     }

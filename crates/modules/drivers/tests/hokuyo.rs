@@ -37,7 +37,7 @@ fn assert_scan(running: &Running) {
     assert_eq!(ranges.len(), 1081);
     for (step, range) in (0..).zip(ranges) {
         let sent = f64::from(meters(step));
-        // The board's text of an infinite number is no number.
+        // The board's text of an infinite number is not a number.
         assert!(
             (range - sent).abs() < 5e-4 || sent.is_infinite() && !range.is_finite(),
             "{step}: {range} of {sent}"

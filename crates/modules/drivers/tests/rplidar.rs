@@ -64,7 +64,7 @@ pub fn rplidar_survives_damage_and_says_what_is_wrong() {
     running.until("damage", || running.number("status/damaged") > 3.0);
     device.set_faults(Faults::default());
     device.set_faults(Faults { silent: true, ..Faults::default() });
-    running.until_text("fell silent");
+    running.until_text("stopped responding");
     // A defect is reported, and the scanner restarted.
     device.with(|scanner| scanner.set_health(2, 0x17));
     device.set_faults(Faults::default());

@@ -49,7 +49,7 @@ pub struct ExplorationCoverage {
 pub struct ExplorationRefereeParams {
     #[param(default = "map.yaml", doc = "file of the true map")]
     yaml_filename: Text<252>,
-    #[param(default = 0.95, range = 0.0..=1.0, doc = "least share of the free area that a success has seen")]
+    #[param(default = 0.95, range = 0.0..=1.0, doc = "minimum share of the free area that a success has seen")]
     min_known_share: f64,
     #[param(default = 900.0, range = 1.0..=1e9, unit = "s", doc = "time limit, from the first map on")]
     time_limit: f64,

@@ -77,7 +77,7 @@ pub struct FrontierExplorerParams {
     path_cost_exponent: f64,
     #[param(default = 0.3, range = 0.0..=10.0, doc = "share by which another goal must be better than the current one")]
     hysteresis: f64,
-    #[param(default = 0.35, range = 0.0..=5.0, unit = "m", doc = "least distance of goals and paths to occupied cells")]
+    #[param(default = 0.35, range = 0.0..=5.0, unit = "m", doc = "minimum distance of goals and paths to occupied cells")]
     robot_radius: f64,
     #[param(default = 1.0, range = 0.02..=60.0, unit = "s", doc = "time between two choices")]
     choice_period: f64,

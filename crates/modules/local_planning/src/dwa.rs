@@ -179,7 +179,7 @@ impl Dwa {
     }
 
     /// Returns the next velocity command.
-    /// It is [`escape_vel`](DwaParameters::escape_vel) if no velocity is free; `None` if an argument is no number or
+    /// It is [`escape_vel`](DwaParameters::escape_vel) if no velocity is free; `None` if an argument is not a number or
     /// empty, the robot is not inside of the field, or the path does not enter it.
     pub fn plan(
         &mut self,

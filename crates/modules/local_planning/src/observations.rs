@@ -39,7 +39,7 @@ impl ObservationBuffer {
     /// Adds a scan: ends of beams that hit an obstacle, in the sensor's frame.
     /// `sensor` is the sensor's pose at `time`, s.
     ///
-    /// A scan from a pose or at a time that is no number is left out; scans of later times are dropped, as time has
+    /// A scan from a pose or at a time that is not a number is left out; scans of later times are dropped, as time has
     /// gone back.
     pub fn insert(&mut self, time: f64, sensor: &Pose2, hits: &[[f64; 2]]) {
         if !(sensor.is_known() && time.is_finite()) {

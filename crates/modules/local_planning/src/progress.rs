@@ -149,7 +149,7 @@ impl RecoverySequence {
     /// Returns a sequence of behaviors, which run in that order.
     ///
     /// # Errors
-    /// A speed that is not above 0, a distance, an angle or a time that is no number, or a behavior that takes more than
+    /// A speed that is not above 0, a distance, an angle or a time that is not a number, or a behavior that takes more than
     /// ten minutes.
     pub fn new(behaviors: Vec<RecoveryBehavior>) -> Result<Self, LocalPlanningError> {
         behaviors.iter().try_for_each(RecoveryBehavior::check)?;

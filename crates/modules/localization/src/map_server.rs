@@ -83,7 +83,7 @@ fn read(file: &str) -> Result<OccupancyMap, String> {
 }
 
 /// [`MapServer`] as a module.
-/// A [`SensorBlock`] that is degraded while its file is no valid map.
+/// A [`SensorBlock`] that is degraded while its file is not a valid map.
 pub struct MapServerBlock;
 
 impl Module for MapServerBlock {

@@ -104,7 +104,7 @@ impl MonteCarloLocalization {
     }
 
     /// Initializes at a pose in the map frame with standard deviations.
-    /// They are of x, y (m) and heading (rad). Returns false, without a change, for a value that is no number or
+    /// They are of x, y (m) and heading (rad). Returns false, without a change, for a value that is not a number or
     /// farther than 1,000 km.
     pub fn initialize(&mut self, pose: Pose2, stddev: [f64; 3], random: &mut Random) -> bool {
         if !is_plausible(&pose) || !stddev.iter().all(|part| (0.0..=FARTHEST).contains(part)) {
@@ -145,7 +145,7 @@ impl MonteCarloLocalization {
     }
 
     /// Predicts by the odometry; updates by a scan after enough motion.
-    /// Returns whether it updated; the motion counts since the newest update. A pose that is no number, or farther than
+    /// Returns whether it updated; the motion counts since the newest update. A pose that is not a number, or farther than
     /// 1,000 km, is skipped.
     ///
     /// Points are ends of beams in the robot's frame, m, without those that hit nothing.

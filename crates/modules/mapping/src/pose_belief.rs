@@ -29,7 +29,7 @@ impl PoseBelief {
     }
 
     /// Predicts by the increment since the odometry's previous pose.
-    /// It does not if the noise is unknown. Returns false for a pose that is no number, which is skipped.
+    /// It does not if the noise is unknown. Returns false for a pose that is not a number, which is skipped.
     pub fn predict(&mut self, pose: Pose2, noise: Option<&OdometryNoise>) -> bool {
         let to = [pose.x, pose.y, pose.theta];
         if !to.iter().all(|number| number.is_finite()) {

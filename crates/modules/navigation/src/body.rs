@@ -49,19 +49,19 @@ pub struct NavigationBody {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum MissingInput {
     /// No pose, or an old one.
-    #[error("the pose is unknown or old")]
+    #[error("the pose is unknown or stale")]
     Pose,
     /// No odometry, or an old one.
-    #[error("`odometry` is missing or old")]
+    #[error("`odometry` is missing or stale")]
     Odometry,
     /// No obstacles, or old ones.
-    #[error("`obstacles` are missing or old: see the block that keeps them")]
+    #[error("`obstacles` are missing or stale: check the block that publishes them")]
     Obstacles,
     /// No settings.
     #[error("`controller` has no settings: link it to Knowledge")]
     Settings,
     /// No path to the goal, or an old one.
-    #[error("`path` does not lead to the goal, or is old: see the Plan")]
+    #[error("`path` does not lead to the goal, or is stale: check the Plan")]
     Path,
 }
 

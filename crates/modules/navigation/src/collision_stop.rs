@@ -44,7 +44,7 @@ pub struct CollisionSensors {
 /// It uses the newest scan (the approach mode of Nav2's collision monitor), and stops also while the scan or the
 /// velocity is old. It has no memory.
 ///
-/// A robot that stands has no reflex, so that its Plan can lead it elsewhere.
+/// A stationary robot triggers no reflex, so that its Plan can lead it elsewhere.
 pub struct CollisionStop;
 
 /// Duration of a stop unless it is renewed, s.

@@ -54,7 +54,7 @@ pub struct GlobalCostmapParams {
     update_period: f64,
     #[param(default = 0.28, range = 0.0..=5.0, unit = "m", doc = "distance to an obstacle up to which the robot's middle may not come")]
     robot_radius: f64,
-    #[param(default = 0.75, range = 0.0..=10.0, unit = "m", doc = "distance up to which an obstacle makes cells dearer")]
+    #[param(default = 0.75, range = 0.0..=10.0, unit = "m", doc = "inflation radius around obstacles")]
     inflation_radius: f64,
     #[param(default = 4.0, range = 0.0..=100.0, unit = "1/m", doc = "decay rate of the cost with the distance")]
     cost_scaling_factor: f64,
@@ -105,9 +105,7 @@ impl Analyze for GlobalCostmap {
         state.updated = Some(now.now());
         if let Err(reason) = state.prepare(map, io.map.stamp(), params) {
             if !std::mem::replace(&mut state.is_invalid, true) {
-                now.warn(format_args!(
-                    "`map` is invalid: {reason}; the robot stands until it is another one"
-                ));
+                now.warn(format_args!("`map` is invalid: {reason}; the robot stops until the map is valid"));
             }
             return None;
         }

@@ -129,7 +129,7 @@ impl SavedMission {
         let is_finite = [goal.x, goal.y, goal.theta].iter().all(|number| number.is_finite());
         match request.command {
             NavigationCommand::GO_TO | NavigationCommand::APPEND if !is_finite => {
-                now.warn(format_args!("refused a goal that is no number: expected meters and radians"));
+                now.warn(format_args!("refused a goal with NaN: expected meters and radians"));
                 Err(NavigationRequest::NOT_FINITE)
             }
             NavigationCommand::APPEND if self.goals.len() >= MOST_GOALS => Err(NavigationRequest::FULL),

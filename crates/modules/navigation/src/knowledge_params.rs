@@ -46,15 +46,15 @@ pub struct NavigationKnowledgeParams {
     pub time_steps: u32,
     #[param(default = 0.05, range = 0.01..=1.0, unit = "s", doc = "time of a step, and between two plans")]
     pub model_dt: f64,
-    #[param(default = 0.5, range = 0.05..=3.0, unit = "m/s", doc = "largest velocity forward")]
+    #[param(default = 0.5, range = 0.05..=3.0, unit = "m/s", doc = "maximum velocity forward")]
     pub vx_max: f64,
-    #[param(default = -0.15, range = -3.0..=0.0, unit = "m/s", doc = "least velocity; negative backwards")]
+    #[param(default = -0.15, range = -3.0..=0.0, unit = "m/s", doc = "minimum velocity; negative backwards")]
     pub vx_min: f64,
-    #[param(default = 1.5, range = 0.1..=5.0, unit = "rad/s", doc = "largest angular velocity")]
+    #[param(default = 1.5, range = 0.1..=5.0, unit = "rad/s", doc = "maximum angular velocity")]
     pub wz_max: f64,
-    #[param(default = 1.0, range = 0.05..=10.0, unit = "m/s^2", doc = "largest acceleration")]
+    #[param(default = 1.0, range = 0.05..=10.0, unit = "m/s^2", doc = "maximum acceleration")]
     pub ax_max: f64,
-    #[param(default = 3.0, range = 0.05..=20.0, unit = "rad/s^2", doc = "largest angular acceleration")]
+    #[param(default = 3.0, range = 0.05..=20.0, unit = "rad/s^2", doc = "maximum angular acceleration")]
     pub az_max: f64,
     #[param(default = 0.2, range = 0.01..=3.0, unit = "m/s", doc = "standard deviation of sampled velocities")]
     pub vx_std: f64,
@@ -62,7 +62,7 @@ pub struct NavigationKnowledgeParams {
     pub wz_std: f64,
     #[param(default = 1.7, range = 0.2..=20.0, unit = "m", doc = "length of the path ahead that is followed")]
     pub prune_distance: f64,
-    #[param(default = 0.1, range = 0.0..=2.0, unit = "m", doc = "distance between outline and obstacle below which a trajectory is very costly")]
+    #[param(default = 0.1, range = 0.0..=2.0, unit = "m", doc = "distance between footprint and obstacle below which a trajectory is very costly")]
     pub collision_margin_distance: f64,
     #[param(default = 0.55, range = 0.0..=5.0, unit = "m", doc = "distance up to which an obstacle makes a trajectory costly")]
     pub inflation_radius: f64,
@@ -82,7 +82,7 @@ pub struct NavigationKnowledgeParams {
     pub seed: u64,
     #[param(default = 0.6, range = 0.0..=10.0, unit = "s", doc = "time to a collision at the present velocity below which the robot stops; 0 for no stop")]
     pub time_before_collision: f64,
-    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "margin around the outline in which a point is a collision")]
+    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "margin around the footprint in which a point is a collision")]
     pub collision_distance: f64,
     #[param(default = 3, range = 1..=100, doc = "points of a scan from which something is an obstacle")]
     pub min_points: u32,

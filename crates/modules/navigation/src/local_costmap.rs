@@ -35,11 +35,11 @@ pub struct LocalCostmapIo {
 pub struct LocalCostmapParams {
     #[param(default = 3.0, range = 0.0..=60.0, unit = "s", doc = "time for which obstacles out of sight are kept")]
     observation_persistence: f64,
-    #[param(default = 6.0, range = 0.1..=100.0, unit = "m", doc = "longest range of a beam that marks")]
+    #[param(default = 6.0, range = 0.1..=100.0, unit = "m", doc = "maximum range of a beam that marks")]
     obstacle_max_range: f64,
-    #[param(default = 720, range = 1..=2000, doc = "greatest number of beams of a scan that are used")]
+    #[param(default = 720, range = 1..=2000, doc = "maximum number of beams of a scan that are used")]
     max_beams: i64,
-    #[param(default = 0.5, range = 0.05..=60.0, unit = "s", doc = "age of the newest scan from which the laser has stopped")]
+    #[param(default = 0.5, range = 0.05..=60.0, unit = "s", doc = "age of the newest scan above which the laser counts as stopped")]
     scan_timeout: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,
@@ -47,7 +47,7 @@ pub struct LocalCostmapParams {
 
 /// Local costmap: obstacles in view of the laser, and recent ones beside it.
 ///
-/// A bad input is named in the log, and the block is degraded: obstacles become stale, and the robot stops, until the
+/// An invalid input is named in the log, and the block is degraded: obstacles become stale, and the robot stops, until the
 /// input has recovered.
 pub struct LocalCostmap;
 
@@ -165,7 +165,7 @@ impl LocalCostmapState {
     fn report(&mut self, fault: Option<ObstacleFault>, now: &Tick) {
         match (std::mem::replace(&mut self.fault, fault), fault) {
             (before, Some(fault)) if before != Some(fault) => {
-                now.warn(format_args!("{fault}; the robot stands until it has recovered"));
+                now.warn(format_args!("{fault}; the robot stops until it has recovered"));
             }
             (Some(_), None) => now.info(format_args!("scan and odometry have recovered")),
             _ => {}

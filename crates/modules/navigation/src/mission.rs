@@ -64,7 +64,7 @@ pub struct NavigationRequest {
 impl NavigationRequest {
     /// Refusal: the mission has sixteen goals already.
     pub const FULL: u16 = 1;
-    /// Refusal: the pose is no number.
+    /// Refusal: the pose is not a number.
     pub const NOT_FINITE: u16 = 2;
     /// Refusal: the robot has no mission to pause, resume or cancel.
     pub const NO_MISSION: u16 = 3;

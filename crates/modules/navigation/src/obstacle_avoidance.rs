@@ -54,21 +54,21 @@ pub struct AvoidanceStatus {
 #[params]
 #[derive(PartialEq)]
 pub struct ObstacleAvoidanceParams {
-    #[param(default = 0.5, range = 0.0..=5.0, unit = "m/s", doc = "greatest velocity")]
+    #[param(default = 0.5, range = 0.0..=5.0, unit = "m/s", doc = "maximum velocity")]
     max_linear_velocity: f64,
-    #[param(default = 0.9, range = 0.05..=10.0, unit = "rad/s", doc = "greatest angular velocity")]
+    #[param(default = 0.9, range = 0.05..=10.0, unit = "rad/s", doc = "maximum angular velocity")]
     max_angular_velocity: f64,
-    #[param(default = 0.6, range = 0.05..=20.0, unit = "m/s^2", doc = "greatest acceleration")]
+    #[param(default = 0.6, range = 0.05..=20.0, unit = "m/s^2", doc = "maximum acceleration")]
     max_linear_acceleration: f64,
-    #[param(default = 1.3, range = 0.05..=50.0, unit = "rad/s^2", doc = "greatest angular acceleration")]
+    #[param(default = 1.3, range = 0.05..=50.0, unit = "rad/s^2", doc = "maximum angular acceleration")]
     max_angular_acceleration: f64,
     #[param(default = 0.15, range = 0.01..=5.0, unit = "m", doc = "distance from the target at which the robot stops")]
     goal_tolerance: f64,
-    #[param(default = 1.5, range = 0.2..=10.0, unit = "s", doc = "time that a velocity is looked ahead")]
+    #[param(default = 1.5, range = 0.2..=10.0, unit = "s", doc = "simulation horizon of a sampled velocity")]
     lookahead_time: f64,
-    #[param(default = 0.5, range = 0.0..=5.0, unit = "m", doc = "distance from obstacles up to which a way costs more")]
+    #[param(default = 0.5, range = 0.0..=5.0, unit = "m", doc = "inflation radius: distance up to which a trajectory near an obstacle costs more")]
     inflation_radius: f64,
-    #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "margin around the outline")]
+    #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "margin around the footprint")]
     clearance: f64,
     #[param(default = 1.5, range = 0.0..=60.0, unit = "s", doc = "how long obstacles out of sight are remembered")]
     observation_persistence: f64,
@@ -149,7 +149,7 @@ impl Module for ObstacleAvoidance {
         let is_blind = io.laser_scan.fresh().is_none() && state.target.is_some();
         // Before the first scan it is no news.
         if is_blind && io.laser_scan.get().is_some() && !state.is_blind {
-            now.warn(format_args!("no fresh scan of the laser: the robot stands until there is one"));
+            now.warn(format_args!("no fresh laser scan: the robot stops until one arrives"));
         }
         state.is_blind = is_blind;
         let outcome = match state.plan(io, params, now) {
@@ -258,7 +258,7 @@ impl TargetPlanner {
             acc_lim_theta: params.max_angular_acceleration,
             sim_time: params.lookahead_time,
             vx_samples: 6,
-            // The straight line to the target is no path that was planned: it may lead through an obstacle.
+            // The straight line to the target is not a path that was planned: it may lead through an obstacle.
             pdist_scale: 0.0,
             controller_frequency: SCAN_RATE,
             inflation_radius: params.inflation_radius,

@@ -158,7 +158,7 @@ fn crossing_fraction([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<f64
     let (own, other, between) = (along(a, b), along(c, d), along(a, c));
     let determinant = cross(own, other);
     let (at, there) = (cross(between, other) / determinant, cross(between, own) / determinant);
-    // False for parallel lines, whose fractions are no numbers or infinite.
+    // False for parallel lines, whose fractions are not numbers or infinite.
     ((0.0..=1.0).contains(&at) && (0.0..=1.0).contains(&there)).then_some(at)
 }
 

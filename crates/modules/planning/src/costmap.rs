@@ -126,7 +126,7 @@ impl Costmap {
     /// there.
     ///
     /// Ends of beams are in the sensor's frame, m; `clearing` has those that ended without hitting anything. A point
-    /// or pose that is no number or far from the grid is skipped. In a scan, obstacles count more than beams that go
+    /// or pose that is not a number or far from the grid is skipped. In a scan, obstacles count more than beams that go
     /// through.
     pub fn insert_scan(&mut self, sensor: &Pose2, hits: &[[f64; 2]], clearing: &[[f64; 2]]) {
         let from = self.geometry.place(sensor.x, sensor.y);

@@ -213,7 +213,7 @@ fn it_acts_in_one_of_as_many_cycles_as_its_parameter_says() {
 fn a_parameter_that_makes_no_sense_is_refused() {
     let text = "[modules.sense_act]\nparams.every = 0\n";
     let Err(StartError::Configuration(report)) = try_load(text, Rate::Max) else {
-        panic!("it is no number of cycles")
+        panic!("it is not a number of cycles")
     };
     assert!(report.to_string().contains("is 0, outside 1 to 1000000"), "{report}");
 }

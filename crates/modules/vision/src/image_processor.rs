@@ -34,7 +34,7 @@ pub struct ImageProcessorParams {
     qr: Bool,
     #[param(default = true, doc = "detect AprilTags of the family 16h5")]
     april_tags: Bool,
-    #[param(default = 0.3, range = 0.0..=1.0, doc = "least confidence of a detection")]
+    #[param(default = 0.3, range = 0.0..=1.0, doc = "minimum confidence of a detection")]
     min_confidence: f64,
     #[param(default = 0.0, range = 0.0..=LONGEST, unit = "px", doc = "length of the motion blur along the rows that is taken out before anything is looked for; none below 1")]
     deblur_length: f64,

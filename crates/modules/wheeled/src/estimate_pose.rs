@@ -123,7 +123,7 @@ impl PoseEstimation {
         if heading.is_some_and(|theta| self.belief.update_heading(theta, orientation_stddev, params.gate)) {
             self.times[1] = time;
         }
-        // Outliers alone: the robot was carried away, or the belief is wrong.
+        // Outliers alone: the robot was kidnapped, or the belief is wrong.
         if let (Some([x, y]), Some(theta)) = (position, heading)
             && (!self.belief.is_known() || self.age(time) > params.restart_time)
         {

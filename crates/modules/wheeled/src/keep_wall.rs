@@ -3,7 +3,7 @@
 //! The side sonars give distance and direction of the wall. The robot steers by pure pursuit (Coulter, 1992)
 //! for a lookahead point along the wall, at the set distance from it. At a wall ahead it turns away from the one
 //! beside. Where the foremost sonar of that side has lost the wall and another one has not, it drives on an arc
-//! about the end, an action that lasts until a wall is heard again or its time is up.
+//! about the end, an action that lasts until a wall is detected again or its time is up.
 
 use slate_avoidance::SONAR;
 use slate_plugin::interfaces::{SonarScan, WheelSpeeds};

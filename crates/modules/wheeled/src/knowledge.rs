@@ -260,7 +260,7 @@ impl WheeledModels {
             let WatchedSensor { measured, health } = *watched;
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
-            // A repeated value is no measurement.
+            // A repeated value is not a measurement.
             if let Some(since) = frozen.of(sensor.name.as_str()) {
                 (sensor.measured, sensor.health) = (since, DeviceHealth::SILENT);
             }

@@ -48,7 +48,7 @@ pub struct WheeledKnowledgeParams {
     pub reaction_time: f64,
     #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "clearance on both sides of the strip ahead below which a reflex follows")]
     pub side_clearance: f64,
-    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "distance from the outline below which any echo causes a reflex")]
+    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "distance from the footprint below which any echo causes a reflex")]
     pub min_clearance: f64,
     #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "free length of a heading that a reflex turns to")]
     pub free_distance: f64,
@@ -88,9 +88,9 @@ pub struct WheeledKnowledgeParams {
     pub max_wall_range: f64,
     #[param(default = 4.0, range = 0.0..=60.0, unit = "s", doc = "duration of the arc about the end of a wall")]
     pub wall_timeout: f64,
-    #[param(default = 0.4, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "tolerance in direction of a sonar that hears a wall beside")]
+    #[param(default = 0.4, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "tolerance in direction of a sonar that detects a wall beside the robot")]
     pub wall_side_tolerance: f64,
-    #[param(default = 0.6, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "tolerance in direction of a sonar that hears an obstacle ahead of a robot that follows a wall")]
+    #[param(default = 0.6, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "tolerance in direction of a sonar that detects an obstacle ahead of a robot that follows a wall")]
     pub wall_front_tolerance: f64,
     #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "margin over the wall distance at which it turns away from an obstacle ahead")]
     pub wall_front_margin: f64,
@@ -100,7 +100,7 @@ pub struct WheeledKnowledgeParams {
     pub release_velocity: f64,
     #[param(default = 0.12, range = 0.0..=1.0, unit = "m", doc = "distance to travel after a bumper is released")]
     pub release_distance: f64,
-    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a robot with a bumper that stays pressed stands")]
+    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a robot with a bumper that stays pressed stops")]
     pub release_timeout: f64,
 }
 

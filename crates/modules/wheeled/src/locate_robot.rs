@@ -48,7 +48,7 @@ fn is_in_range(device: &Device, seen: &Sighting) -> bool {
     let (x, y) = (range * math::cos(bearing) - device.mount.x, range * math::sin(bearing) - device.mount.y);
     let distance = math::hypot(x, y);
     let is_limited = device.minimum != 0.0 || device.maximum != 0.0;
-    // NaN is no number of meters.
+    // NaN is not a number of meters.
     if is_limited { distance <= device.maximum + ROUNDING } else { distance.is_finite() }
 }
 

@@ -27,7 +27,7 @@ impl MedianRing {
     }
 
     /// Adds a scan; returns it with the medians of the newest `scans` as ranges.
-    /// A range that is no number stays: a failed sonar must not look like free space.
+    /// A range that is not a number stays: a failed sonar must not look like free space.
     pub fn filter(&mut self, scan: &SonarScan, scans: usize) -> SonarScan {
         self.add(scan);
         let mut echoes = [Echo::default(); SONARS];

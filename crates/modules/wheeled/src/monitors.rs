@@ -1,6 +1,6 @@
 //! Monitors, one for each type of sensor.
 //! Each finds its device in the RobotModel. A device is degraded after a second without a measurement, or five periods
-//! of a slower device, as sensors lose single ones, while the newest one is no number, and while the sensor is frozen.
+//! of a slower device, as sensors lose single ones, while the newest one is not a number, and while the sensor is frozen.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::SONAR;
@@ -51,7 +51,7 @@ impl Sonar {
     }
 }
 
-/// Returns an echo within the limits of a device. One that is no number stays so.
+/// Returns an echo within the limits of a device. NaN stays NaN.
 fn within(echo: Echo, device: &Device) -> Echo {
     match echo.range {
         range if !range.is_finite() || device.permits(range) => echo,
@@ -79,9 +79,7 @@ fn valid<T: Copy>(
     let newest = newest?;
     let was_invalid = std::mem::replace(is_invalid, !is_valid(newest));
     if *is_invalid && !was_invalid {
-        now.warn(format_args!(
-            "the measurements of the sensor `{sensor}` are invalid: one is no number; they are dropped"
-        ));
+        now.warn(format_args!("the measurements of the sensor `{sensor}` are dropped: one is NaN"));
     }
     (!*is_invalid).then_some(*newest)
 }
@@ -98,7 +96,7 @@ pub struct RangeMonitorState {
 
 /// Monitors the sonars: ranges are within the limits of the device.
 ///
-/// Drops scans with a range that is no number, and all scans while a sonar is frozen.
+/// Drops scans with a NaN range, and all scans while a sonar is frozen.
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {

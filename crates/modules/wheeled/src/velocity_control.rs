@@ -26,7 +26,7 @@ pub struct VelocityControlParams {
 /// Drives a robot with two wheels at a commanded velocity.
 ///
 /// If a wheel exceeds its limit, both are slowed by one factor, so that the robot keeps its curve. Without a velocity, with
-/// an old one, or with one that is no number, the gate has its safe command.
+/// an old one, or with a NaN target, the gate has its safe command.
 pub struct VelocityControl;
 
 #[module(stage = Act)]

@@ -23,7 +23,7 @@ fn degraded<M: Monitor, T: Interface + Copy>(
         }
         monitor.set(port, measured(*cycle));
         let outcome = monitor.tick();
-        assert_eq!(monitor.wrote("percept"), outcome == Outcome::Ok, "what is frozen is no percept");
+        assert_eq!(monitor.wrote("percept"), outcome == Outcome::Ok, "what is frozen is not a percept");
         outcome != Outcome::Ok
     });
     cycles.count()

@@ -32,7 +32,7 @@ fn degraded(scans: impl Fn(u32) -> [f64; 2], poses: impl Fn(u32) -> Pose2) -> us
         monitor.set("odometry", Odometry { pose: poses(*cycle), ..Odometry::default() });
         monitor.set("sonar", scan(scans(*cycle)));
         let outcome = monitor.tick();
-        assert_eq!(monitor.wrote("percept"), outcome == Outcome::Ok, "a frozen scan is no percept");
+        assert_eq!(monitor.wrote("percept"), outcome == Outcome::Ok, "a frozen scan is not a percept");
         outcome != Outcome::Ok
     });
     cycles.count()

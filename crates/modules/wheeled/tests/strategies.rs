@@ -208,7 +208,7 @@ fn a_failed_or_late_plan_waits_for_the_next_of_knowledge() {
         assert_eq!(sent(&mut planner), [], "Knowledge has not yet learned of it");
         planner.set("strategy", plan("messenger", "east", &[1.0]));
         assert_eq!(sent(&mut planner), [(PlanStep::REPLACE, Some(1.0), 3)]);
-        // Another role in the middle of that: it is no failure.
+        // Another role in the middle of that: it is not a failure.
         planner.set("strategy", plan("guard", "stay", &[0.0]));
         let steps = sent(&mut planner);
         assert_eq!(steps.first(), Some(&(PlanStep::CLEAR, None, 4)));

@@ -96,7 +96,7 @@ impl NetworkSettingsReader<'_> {
     fn input(&mut self, source: InputSource, options: ReadOptions, place: Span) -> Option<NetworkInput> {
         if matches!(source, InputSource::Key(_)) && options.mode == ReadMode::BestEffort {
             let message =
-                format!("`{source}` has no mode \"best-effort\": its writer is no agent, and decides");
+                format!("`{source}` has no mode \"best-effort\": its writer is not an agent, and decides");
             let help = "leave `mode` out, or name a property of an agent, slate://AGENT/PATH";
             self.add(place, message, help);
             return None;

@@ -140,9 +140,9 @@ fn options_have_one_text_and_mistakes_in_them_are_named() {
     for (text, reason) in [
         ("fast", "unknown option `fast`"),
         ("", "unknown option ``"),
-        ("rate=0ms", "`0ms` is no duration"),
-        ("rate=often", "`often` is no duration"),
-        ("rate=99h", "`99h` is no duration"),
+        ("rate=0ms", "`0ms` is not a duration"),
+        ("rate=often", "`often` is not a duration"),
+        ("rate=99h", "`99h` is not a duration"),
         ("rate=0.1s", "write `rate=100ms`"),
         ("reliable,all", "write `all,reliable`"),
         ("all,rate=1s", "neither a rate nor an interval"),

@@ -129,8 +129,8 @@ fn unreadable_input_is_reported_before_opening() {
     let cases = [
         ("driver/gaol", "driver/goal"),
         ("driver/linked", "it is linked, from /sensor/count"),
-        ("sensor/params", "it is no input"),
-        ("sensor/count", "it is no input"),
+        ("sensor/params", "it is not an input"),
+        ("sensor/count", "it is not an input"),
         ("driver/notes/value", "an inbox takes whole messages"),
     ];
     for (input, reason) in cases {

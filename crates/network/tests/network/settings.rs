@@ -84,7 +84,7 @@ fn each_error_has_file_line_and_remedy() {
         ("mode = \"router\"\nconnect = [\"tcp/[::1]:2\"]", "a router listens"),
         ("publish = []", "[network] reaches no other program"),
         ("multicast = 1", "`multicast` takes true or false, found a whole number"),
-        ("set = [\"a//b\"]", "is no pattern of paths"),
+        ("set = [\"a//b\"]", "is not a pattern of paths"),
         ("read = [\"a/in\"]", "`read` is a table of inputs, found a list"),
         ("read.\"a/in\" = \"zenoh:a/*\"", "is not a key of Zenoh"),
         ("read.\"a/in\" = 3", "an input reads a URL, found a whole number"),
@@ -144,7 +144,7 @@ fn each_error_in_certificates_and_rights_is_reported() {
             secure("[network.security.allow.arm]\nwrite = []"),
             "unknown key `write` in [network.security.allow.arm]",
         ),
-        (secure("[network.security.allow.arm]\nread = [\"a b\"]"), "`a b` is no pattern of paths"),
+        (secure("[network.security.allow.arm]\nread = [\"a b\"]"), "`a b` is not a pattern of paths"),
         (secure("[network.security.allow.arm]\nteam = 1"), "`team` takes true or false"),
         (
             secure("[network.security.allow.arm]\nteam = true"),
@@ -191,7 +191,7 @@ fn links_name_keys_beside_the_table() {
         ("\"zenoh:b//c\" = \"a/out\"", table, "is not a key of Zenoh"),
         ("\"zenoh:slate/base/goal\" = \"a/out\"", table, "is a key of an agent"),
         ("\"zenoh:b\" = { from = \"a/out\", rate = \"10Hz\" }", table, "rate"),
-        ("\"a/in\" = { from = \"zenoh:b\", mode = \"best-effort\" }", table, "its writer is no agent"),
+        ("\"a/in\" = { from = \"zenoh:b\", mode = \"best-effort\" }", table, "its writer is not an agent"),
         ("\"a/in\" = { from = \"zenoh:b\", every = 2 }", table, "every"),
         ("\"a/in\" = \"zenoh:c\"", &both, "/a/in reads two sources, and the other is `zenoh:b`"),
     ] {

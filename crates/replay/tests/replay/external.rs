@@ -184,8 +184,8 @@ fn only_inputs_without_a_link_are_filled_from_outside() {
             ("front/otter", "front/other"),
             ("front/number", "it is linked, from /source/number"),
             ("gatherer/numbers", "it is linked"),
-            ("front/params", "it is no input"),
-            ("front/sum", "it is no input"),
+            ("front/params", "it is not an input"),
+            ("front/sum", "it is not an input"),
         ];
         for (input, reason) in cases {
             let error = composer.external_input(input).unwrap_err();

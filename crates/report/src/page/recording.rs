@@ -315,7 +315,7 @@ fn metrics(value: &Value, definition: &str) -> Vec<(String, String)> {
     let mut fields = value.fields(false);
     for (name, value) in &mut fields {
         if let Ok(number) = value.parse::<f64>() {
-            // Counts have no decimals, and what does not apply is no number.
+            // Counts have no decimals, and what does not apply is not a number.
             let decimals = if number.fract() == 0.0 { 0 } else { 3 };
             let unit = units.get(name).map_or("", String::as_str);
             *value = match number.is_finite() {

@@ -110,7 +110,7 @@ fn fill(steps: &[MessageStep], prefix: &str, message: &Value, value: &mut Decode
         let wrong = |reason: String| Error::Field { field: step.field.clone(), reason };
         match &step.encode {
             EncodeStep::Number(_, NumberSource::Field(location)) => {
-                value.store(location, number(field).ok_or_else(|| wrong("is no number".into()))?);
+                value.store(location, number(field).ok_or_else(|| wrong("is not a number".into()))?);
             }
             EncodeStep::Number(_, NumberSource::HalfSine(location)) => {
                 let cosine = path.strip_suffix('z').and_then(|turn| field_at(message, &format!("{turn}w")));

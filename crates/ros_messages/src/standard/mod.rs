@@ -206,7 +206,7 @@ impl Standard {
     /// `r1/base_link`, other frames that messages name are that robot's too: `r1/odom`.
     ///
     /// # Errors
-    /// When `bytes` is no value of the interface; `out` is unchanged then.
+    /// When `bytes` is not a value of the interface; `out` is unchanged then.
     pub fn encode(&self, bytes: &[u8], stamp: u64, frame: &str, out: &mut Vec<u8>) -> Result<(), Error> {
         let tail = items(self.descriptor, bytes)?;
         wire_length(bytes.len())?;

@@ -252,7 +252,7 @@ fn a_message_is_made_of_a_value_without_types() {
     assert_eq!(again(&full), full);
     let empty = again(&json!({}));
     assert_eq!((&empty["name"], &empty["pair"], &empty["all"]), (&json!(""), &json!([0.0, 0.0]), &json!([])));
-    // What is no number stays none.
+    // What is not a number stays none.
     assert_eq!(again(&json!({ "number": null }))["number"], Json::Null);
     let wrong = [
         (json!({ "of": 1 }), "`of` of the message does not exist; a/Outer has on, small"),

@@ -105,7 +105,7 @@ pub struct LinkStatus {
     pub sends: bool,
     /// True if the link is inferred, as types and roles leave one choice only.
     pub inferred: bool,
-    /// True if one end is a program that is no agent, such as `ros2:/scan`.
+    /// True if one end is a program that is not an agent, such as `ros2:/scan`.
     pub external: bool,
     /// Further options: keys and values of the link's table in the configuration.
     pub options: Vec<(String, String)>,
@@ -163,7 +163,7 @@ impl<'c> LinkEditor<'c> {
         configuration.links().iter().map(status).chain(external).collect()
     }
 
-    /// A link whose other end is a program that is no agent.
+    /// A link whose other end is a program that is not an agent.
     fn external(&self, link: &ExternalLink, resources: &HostResources) -> LinkStatus {
         let (to, from) = link.ends();
         // A bridge says what fills the input as long as it does.
@@ -447,7 +447,7 @@ pub(super) fn new_loose_ends(
     found
 }
 
-/// Message and remedy for a link to a program that is no agent.
+/// Message and remedy for a link to a program that is not an agent.
 /// Such links can't change while the agent runs.
 pub(super) fn unchanging(link: &ExternalLink) -> (String, String) {
     let (to, from) = link.ends();

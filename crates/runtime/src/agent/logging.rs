@@ -40,7 +40,7 @@ pub(super) fn configure(logger: &Logger, configuration: &Configuration) -> Resul
     if let Some(remote) = &wanted.remote {
         let target = RemoteTarget::bind(remote.value).map_err(|error| {
             let what = format!("the log can't be offered at {}", remote.value);
-            cannot(remote.span, what, &error, "choose an address of this computer and a free port")
+            cannot(remote.span, what, &error, "choose an address of this machine and a free port")
         })?;
         address = Some(target.address());
         opened.push(Box::new(target));

@@ -7,9 +7,7 @@ use slate_engine::main_loop::{LoopPolicy, Schedule};
 
 /// The agent's time can't be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the agent runs on the system's clock, which goes by itself: start it with a time source to set its time"
-)]
+#[error("the agent runs on the system clock, whose time can't be set: start it with a time source")]
 pub struct SystemClock;
 
 /// Control of the main loop.

@@ -40,7 +40,7 @@ fn carry_out(agent: &AgentHandle, module: &str, what: u32, plugin: &str) -> Resu
         Plugins::RELOAD => Reloader::new(agent).reload(plugin, None).map(|reload| {
             let became = |(module, state): &(String, Result<(), String>)| match state {
                 Ok(()) => format!("{module} continues with its state"),
-                Err(reason) => format!("{module} begins afresh: {reason}"),
+                Err(reason) => format!("{module} restarts with a fresh state: {reason}"),
             };
             reload.modules.iter().map(became).collect::<Vec<_>>().join(", ")
         }),

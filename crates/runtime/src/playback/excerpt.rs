@@ -48,7 +48,7 @@ pub struct Excerpt {
 /// with the sender of each.
 ///
 /// # Errors
-/// Names that are no modules, and modules that can't run alone.
+/// Names that are not modules, and modules that can't run alone.
 pub fn excerpt(
     configuration: &Configuration,
     plugins: &[Plugin],

@@ -85,7 +85,7 @@ pub enum SnapshotError {
         reason: String,
     },
     /// Shadow beside a plugin.
-    #[error("new code runs beside plugin `{plugin}`, which is no part of a snapshot")]
+    #[error("new code runs beside plugin `{plugin}`, which is not part of a snapshot")]
     #[diagnostic(help("end it first: slate plugin shadow {plugin} --end"))]
     Shadow {
         /// The plugin.

@@ -1,4 +1,4 @@
-//! The aspect Network, over this computer's own addresses.
+//! The aspect Network, over this machine's own addresses.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
@@ -210,10 +210,10 @@ fn oversized_or_invalid_address_is_refused_in_words() {
     let parts = [
         "a datagram carries at most 65507 bytes, not 70000",
         "more than 262144 bytes in one tick",
-        "`nonsense` is no address: expected a number and a port",
-        "`localhost:80` is no address",
-        "`1.2.3.4.5:6` is no address",
-        "`` is no address",
+        "`nonsense` is not an address: expected a number and a port",
+        "`localhost:80` is not an address",
+        "`1.2.3.4.5:6` is not an address",
+        "`` is not an address",
         "udp 192.0.2.1:9 can't be opened: ",
     ];
     assert_eq!(texts.len(), parts.len());

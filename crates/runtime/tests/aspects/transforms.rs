@@ -193,7 +193,7 @@ fn an_invalid_transform_is_skipped_and_reported_to_its_users() {
     let (mut agent, log) = logged(&text, &plugins());
     steps(&mut agent, 1);
     assert!(says(&agent, &log, "mapper", "there is no frame `odom` yet"), "{:?}", log.lines());
-    let cause = "of /odometry/base was refused: `odom` -> `base_link` is no transform";
+    let cause = "of /odometry/base was refused: `odom` -> `base_link` is not a transform";
     assert!(says(&agent, &log, "mapper", cause), "{:?}", log.lines());
     steps(&mut agent, 1);
     assert!((number(&agent, "mapper/x/value") - 2.25).abs() < 1e-12, "the next one counts");

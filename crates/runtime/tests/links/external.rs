@@ -1,4 +1,4 @@
-//! Links to and from programs that are no agents, while the agent runs.
+//! Links to and from programs that are not agents, while the agent runs.
 
 use std::sync::Arc;
 

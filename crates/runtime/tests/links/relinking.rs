@@ -101,7 +101,7 @@ fn a_dry_run_and_a_refusal_change_nothing() {
     refused("relay/input", "slate://other/a/number", &["belongs to agent `other`"]);
     refused("slate://other/relay/input", "a/number", &["belongs to agent `other`"]);
     refused("relay/output", "a/number", &["`relay/output` is an output"]);
-    refused("relay/input", "relay/output", &["circle", "previous"]);
+    refused("relay/input", "relay/output", &["cyclic dependency", "previous"]);
     let none = composer.unlink("sum/history").unwrap_err();
     assert!(none.to_string().contains("`sum/history` has no link"));
     steps(&mut agent, 1);

@@ -182,7 +182,7 @@ fn ring_of_required_inputs_is_refused_by_name() {
 
 #[test]
 fn ring_with_a_first_value_runs() {
-    // The relay's input is no required one.
+    // The relay's input is not a required one.
     let mut agent = agent(
         "[modules.doubler]\n[modules.relay]\nevery = \"1ms\"\n[links]\n\"doubler/input\" = \"relay/output\"\n\
          \"relay/input\" = { from = \"doubler/output\", previous = true }\n",

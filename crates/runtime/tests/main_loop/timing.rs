@@ -57,7 +57,7 @@ fn lockstep_times_one_cycle_in_16_and_steps_with_deadlines() {
 fn measurements_change_no_output_of_modules() {
     let text = format!("time.source = \"planner\"\n[modules.counter]\n{}", witnesses(&MODULES));
     let digest = |text: &str, traced: bool| {
-        // Witnesses count for all tests together, so what they write is no part of this.
+        // Witnesses count for all tests together, so what they write is not part of this.
         let text = text.replace("witness", "dice");
         let mut agent = load(&text, Options { rate: Rate::Max, ..Options::default() });
         if traced {

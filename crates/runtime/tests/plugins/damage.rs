@@ -112,7 +112,7 @@ fn a_library_that_is_no_plugin_is_refused() {
 #[test]
 fn library_of_other_machine_is_refused() {
     for bytes in [&b""[..], b"#!/bin/sh\necho hello\n", &[0; 4096], &bytes()[..40]] {
-        assert_says(&refusal_of(bytes), &["is no shared library (ELF, 64 bits)", "cdylib"]);
+        assert_says(&refusal_of(bytes), &["is not a shared library (ELF, 64 bits)", "cdylib"]);
     }
     // 32 bits; another machine; the other byte order; an object file; a program.
     let patched = |at: usize, byte: u8| {
@@ -120,10 +120,10 @@ fn library_of_other_machine_is_refused() {
         bytes[at] = byte;
         refusal_of(&bytes)
     };
-    assert_says(&patched(4, 1), &["is no shared library (ELF, 64 bits)"]);
+    assert_says(&patched(4, 1), &["is not a shared library (ELF, 64 bits)"]);
     let machine = if cfg!(target_arch = "x86_64") { 0xb7 } else { 0x3e };
     assert_says(&patched(18, machine), &["machine", &machine.to_string(), "expected", "cdylib"]);
-    assert_says(&patched(5, 2), &["is no shared library for this machine"]);
+    assert_says(&patched(5, 2), &["is not a shared library for this machine"]);
     assert_says(&patched(16, 1), &["type 1", "expected 3"]);
     assert_says(&patched(16, 2), &["type 2", "expected 3"]);
 }
@@ -135,7 +135,7 @@ fn non_file_is_refused() {
     let pipe = directory.join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     for path in [directory.clone(), pipe, "/dev/zero".into()] {
-        assert_says(&refusal(&path), &["is no file"]);
+        assert_says(&refusal(&path), &["is not a file"]);
     }
     assert_says(&refusal(&directory.join("missing.so")), &["can't be read", "give the path"]);
 }
@@ -188,8 +188,8 @@ fn a_file_that_is_cut_off_anywhere_is_refused() {
     let pages = (0..whole.len()).step_by(4096);
     for length in pages.chain([1, 63, 64, 65, whole.len() - 1]) {
         let file = folder.write("libcounter.so", &whole[..length]);
-        let refusal = LibraryOutline::read(&file).expect_err("a part is no library");
-        let known = ["is no shared library", "is cut off after", "is damaged"];
+        let refusal = LibraryOutline::read(&file).expect_err("a part is not a library");
+        let known = ["is not a shared library", "is cut off after", "is damaged"];
         assert!(known.iter().any(|said| refusal.problem.contains(said)), "{length}: {refusal}");
     }
     let cut = format!("is cut off after {} of {} bytes", whole.len() / 2, whole.len());

@@ -56,7 +56,7 @@ fn plugins_that_need_each_other_are_refused_with_their_circle() {
     let text = dormant("left", &left) + &dormant("right", &right);
     let agent = lockstep(&text);
     let refusal = agent.composer().load("left").unwrap_err();
-    assert_says(&complaint(&refusal), &["left -> right -> left", "take one dependency out"]);
+    assert_says(&complaint(&refusal), &["left -> right -> left", "remove one dependency"]);
     let refusal = agent.composer().load_library(&right).unwrap_err();
     assert_says(&complaint(&refusal), &["right -> left -> right"]);
     assert!(names(&agent).is_empty());

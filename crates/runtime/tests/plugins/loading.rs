@@ -113,7 +113,7 @@ fn loading_what_is_loaded_is_refused() {
     let agent = lockstep(&robot(&plain()));
     let composer = agent.composer();
     for refusal in [composer.load("counter").unwrap_err(), composer.load_library(&plain()).unwrap_err()] {
-        assert_says(&complaint(&refusal), &["`counter` is loaded already", "reload it"]);
+        assert_says(&complaint(&refusal), &["`counter` is already loaded", "reload it"]);
     }
 }
 
@@ -154,5 +154,5 @@ fn library_outline_is_read_without_loading() {
     assert_eq!(LibraryOutline::read(&library).unwrap().name, "counter");
     let odd = folder.write("\u{1b}[2J.so", b"no library");
     let error = LibraryOutline::read(&odd).unwrap_err().to_string();
-    assert!(error.contains("\\u{1b}[2J.so: is no shared library"), "{error:?}");
+    assert!(error.contains("\\u{1b}[2J.so: is not a shared library"), "{error:?}");
 }

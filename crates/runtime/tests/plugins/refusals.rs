@@ -30,7 +30,7 @@ fn a_kind_that_two_plugins_bring_is_refused() {
     assert!(matches!(refusal, PluginError::SameKind { .. }), "{refusal:?}");
     assert_says(
         &complaint(&refusal),
-        &["`impostor`", "kind of module `counter`", "plugin `counter` brings already"],
+        &["`impostor`", "module kind `counter`", "plugin `counter` already defines"],
     );
     step(&mut agent, 1);
     let refusal =

@@ -265,7 +265,7 @@ fn a_file_may_be_replaced_or_deleted_while_its_code_runs() {
     fs::write(&file, vec![0; 100]).unwrap();
     goes_on(&mut agent, 1);
     let refusal = agent.composer().reload("counter", None).unwrap_err();
-    assert_says(&complaint(&refusal), &["libcounter.so", "is no shared library"]);
+    assert_says(&complaint(&refusal), &["libcounter.so", "is not a shared library"]);
     fs::write(&file, fs::read(libraries().counter("more")).unwrap()).unwrap();
     agent.composer().reload("counter", None).unwrap();
     goes_on(&mut agent, 2);

@@ -234,7 +234,7 @@ fn code_that_cannot_run_beside_the_old_is_refused() {
         ("counter", libraries().counter("circle"), &["counter -> dependent -> counter"]),
         ("counter", libraries().other("impostor"), &["is plugin `impostor`", "expected `counter`"]),
         ("counter", libraries().counter("abort"), &["panic = \"abort\""]),
-        ("counter", folder.write("libcounter.so", b"nothing"), &["is no shared library"]),
+        ("counter", folder.write("libcounter.so", b"nothing"), &["is not a shared library"]),
     ];
     for (name, file, says) in attempts {
         assert_says(&complaint(&composer.shadow(name, &file).unwrap_err()), says);

@@ -129,7 +129,7 @@ fn new_code_that_does_not_take_the_state_over_begins_afresh() {
     until("it is said", || {
         running.log.lines().iter().any(|line| {
             &*line.module == "counter/shadow"
-                && line.text.contains("begins afresh")
+                && line.text.contains("restarts with a fresh state")
                 && line.text.contains("it can't be restored")
         })
     });

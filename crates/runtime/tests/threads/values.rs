@@ -116,7 +116,7 @@ fn wrong_names_double_names_and_too_many_threads_are_refused() {
         let spawn = |name: &str| io.threads.spawn(name, patient).map_err(|refusal| refusal.0);
         if now.number() == 1 {
             for wrong in ["", "a/b", "ä", "a b", &"a".repeat(65)] {
-                assert!(spawn(wrong).unwrap_err().contains("is no name of a thread"));
+                assert!(spawn(wrong).unwrap_err().contains("is not a name of a thread"));
             }
             spawn("one").unwrap();
             assert!(spawn("one").unwrap_err().contains("`one` runs already"));

@@ -93,8 +93,7 @@ impl Outbox {
                     Ok(DeliveryStatus::Done) => break Reply::Done,
                     Ok(DeliveryStatus::Refused(code)) => break Reply::Refused(code),
                     Ok(DeliveryStatus::NoMailbox) => {
-                        *error =
-                            Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
+                        *error = Some(format!("agent `{}` has no such inbox at /{}", path.agent, path.path));
                         break Reply::Refused(ABANDONED);
                     }
                     Ok(DeliveryStatus::Denied) => {

@@ -150,7 +150,7 @@ fn wait_ready(file: &impl AsFd, events: PollFlags, limit: Duration) -> io::Resul
 #[derive(Debug, thiserror::Error)]
 pub enum CarrierError {
     /// Malformed endpoint.
-    #[error("`{endpoint}` is no endpoint: {expected}")]
+    #[error("`{endpoint}` is not an endpoint: {expected}")]
     NoEndpoint {
         /// Endpoint as given.
         endpoint: String,

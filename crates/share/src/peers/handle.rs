@@ -94,7 +94,7 @@ impl fmt::Debug for Peers {
 #[derive(Debug, thiserror::Error)]
 pub enum PeerError {
     /// Unknown name of an agent.
-    #[error("no agent `{agent}` is known; known are: {}", .known.join(", "))]
+    #[error("unknown agent `{agent}`; known: {}", .known.join(", "))]
     Unknown {
         /// Requested name.
         agent: String,

@@ -187,7 +187,7 @@ fn read(entry: &InspectionEntry<'_>) -> Result<RemoteProperty, String> {
         EntryNewest::Value { bytes, items, stamp: (sequence, time, generation) } => {
             let items =
                 usize::try_from(items).ok().filter(|items| View::new(descriptor, bytes, *items).is_some());
-            // Bytes that are no value of the interface are ignored.
+            // Bytes that are not value of the interface are ignored.
             items.map_or(Newest::Unwritten, |items| {
                 Newest::Value(bytes.to_vec(), items, Stamp { sequence, time, generation })
             })

@@ -307,7 +307,7 @@ impl Peer {
                 Some(query) => {
                     self.queries.insert(request, query);
                 }
-                None => self.session.decline_query(request, "that is no pattern of paths"),
+                None => self.session.decline_query(request, "that is not a pattern of paths"),
             },
             Event::Part { request, bytes, last } => {
                 if let Some(answer) = self.answers.take(request, &bytes, last) {
@@ -357,7 +357,7 @@ impl Peer {
     ) {
         // A served property is on the board under the same path.
         if path.len() > MAX_PATH_LENGTH || Url::parse(&format!("/{path}")).is_err() {
-            return self.session.decline(id, "that is no path of a property");
+            return self.session.decline(id, "that is not a path of a property");
         }
         if !may_read(self.exchange.allowance.as_ref(), &path) {
             let own = &self.session.own().agent;

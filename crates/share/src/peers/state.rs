@@ -139,7 +139,7 @@ impl PeerStates {
         let path = format!("{}/{name}", self.prefix);
         if !self.shown.contains_key(&path) {
             let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
-            // A path that is no URL, or is taken, is not shown; nothing depends on it.
+            // A path that is not a URL, or is taken, is not shown; nothing depends on it.
             let Ok(property) = self.board.add_channel(&path, doc, T::DESCRIPTOR, store, Access::Output)
             else {
                 return;

@@ -55,7 +55,7 @@ impl Layout {
         match value {
             Some((entry, value)) => Ok(Self { descriptor, item: entry.size, value: value.offset }),
             None => {
-                Err(format!("{} is no table of facts, such as FactTable of slate-mapek", descriptor.name))
+                Err(format!("{} is not a table of facts, such as FactTable of slate-mapek", descriptor.name))
             }
         }
     }

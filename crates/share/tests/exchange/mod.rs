@@ -239,9 +239,9 @@ fn the_properties_of_another_agent_can_be_listed() {
         assert_eq!((stamp.sequence, property.descriptor.hash), (1, Number::DESCRIPTOR.hash));
     }
     let tree = arm.peers.list("base", "many/p00*", false, limit);
-    assert_eq!(tree.unwrap_err().to_string(), "agent `base`: that is no pattern of paths");
+    assert_eq!(tree.unwrap_err().to_string(), "agent `base`: that is not a pattern of paths");
     let error = arm.peers.list("bose", "**", false, limit).unwrap_err();
-    assert_eq!(error.to_string(), "no agent `bose` is known; known are: base");
+    assert_eq!(error.to_string(), "unknown agent `bose`; known: base");
 }
 
 #[test]

@@ -99,7 +99,7 @@ fn an_actuator_obeys_another_agent_through_its_gate_alone() {
     wait_for("the command within its limits", || arm.number("steer/moved") == 2.0);
     assert_eq!(arm.trouble("steer/command"), None);
     drop(arm);
-    // The value of a module that is no gate.
+    // The value of a module that is not a gate.
     let arm = Running::start("arm", &text("counter/number"), Mode::Staged);
     wait_for("the rule", || {
         arm.trouble("steer/command").is_some_and(|trouble| {

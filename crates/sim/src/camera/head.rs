@@ -19,7 +19,7 @@ impl PanTiltHead {
     }
 
     /// Sets pan and tilt, rad, within the limits.
-    /// A joint keeps its setpoint if the command is no number.
+    /// A joint keeps its setpoint if the command is not a number.
     pub fn command(&mut self, angles: [f64; 2]) {
         let limits = [self.description.pan, self.description.tilt];
         for ((setpoint, angle), [least, most]) in self.setpoints.iter_mut().zip(angles).zip(limits) {

@@ -99,7 +99,7 @@ impl LaserDescription {
                 let noisy = distance + error * (noise_constant + noise_proportional * distance);
                 measured = if lost { f64::INFINITY } else { noisy };
             }
-            // A distance of infinity with noise is no number.
+            // A distance of infinity with noise is not a number.
             let range = if measured < range_max { max(measured, range_min) } else { f64::INFINITY };
             // A scanner reports fewer digits.
             ranges.push(range as f32);

@@ -103,7 +103,7 @@ pub struct Simulation {
     #[serde(rename = "felt")]
     bumper_contacts: Vec<BumperContacts>,
     /// Scratch memory for the neighborhood of a robot, one per thread.
-    /// The number of threads is no part of the state.
+    /// The number of threads is not part of the state.
     #[serde(skip, default = "one_thread")]
     nearby: Vec<Nearby>,
 }

@@ -19,7 +19,7 @@ pub fn serialize<S: Serializer>(physics: &PhysicsWorld, serializer: S) -> Result
 /// Decodes the physics of a simulation.
 ///
 /// # Errors
-/// When it is no state of physics.
+/// When it is not a state of physics.
 pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PhysicsWorld, D::Error> {
     decoded(&Embedded::deserialize(deserializer)?).map_err(D::Error::custom)
 }

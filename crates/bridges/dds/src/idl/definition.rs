@@ -103,7 +103,7 @@ impl DefinitionParser {
         let name = self.scoped_name()?;
         match self.scope.find(&name) {
             Some(IdlDefinition::Type(IdlKind::Struct(base))) => Ok(base.members.clone()),
-            _ => Err(self.lexer.error(format!("`{name}` is no struct that is defined before"))),
+            _ => Err(self.lexer.error(format!("`{name}` is not a struct that is defined before"))),
         }
     }
 

@@ -115,7 +115,7 @@ impl DefinitionParser {
         let name = self.scoped_name_from(first)?;
         match self.scope.find(&name) {
             Some(IdlDefinition::Type(kind)) => Ok(kind.clone()),
-            Some(_) => Err(self.lexer.error(format!("`{name}` is no type"))),
+            Some(_) => Err(self.lexer.error(format!("`{name}` is not a type"))),
             None => Err(self.lexer.error(format!("`{name}` is not defined before"))),
         }
     }
@@ -212,11 +212,11 @@ impl DefinitionParser {
         }
     }
 
-    /// Reads a new name; `_` before a keyword is no part of it.
+    /// Reads a new name; `_` before a keyword is not part of it.
     pub fn name(&mut self, of: &str) -> Result<String, IdlError> {
         let word = self.word(&format!("the name of {of}"))?;
         let name = word.strip_prefix('_').unwrap_or(&word);
-        if name.is_empty() { Err(self.lexer.error("`_` is no name")) } else { Ok(name.into()) }
+        if name.is_empty() { Err(self.lexer.error("`_` is not a name")) } else { Ok(name.into()) }
     }
 
     pub fn word(&mut self, expected: &str) -> Result<String, IdlError> {

@@ -26,7 +26,7 @@ impl TypeMap {
                 let text = reader.text()?;
                 let most = capacity.unwrap_or(usize::MAX).min(bound.unwrap_or(usize::MAX));
                 if text.len() > most {
-                    return Err(format!("a text has {} bytes, more than {most}", text.len()));
+                    return Err(format!("a string has {} bytes, more than {most}", text.len()));
                 }
                 if let (Some(memory), Some(_)) = (memory, capacity) {
                     memory[..4].copy_from_slice(&(text.len() as u32).to_ne_bytes());

@@ -30,7 +30,7 @@ impl TypeMap {
                 };
                 match bound {
                     Some(most) if text.len() > *most => {
-                        Err(format!("a text has {} bytes, more than {most}", text.len()))
+                        Err(format!("a string has {} bytes, more than {most}", text.len()))
                     }
                     _ => writer.text(text),
                 }

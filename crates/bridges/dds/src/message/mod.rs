@@ -230,7 +230,7 @@ impl IdlMessage {
         }
         let (mut value, mut tail) = (vec![0; self.descriptor.size], Vec::new());
         self.map.read(&mut reader, Some(&mut value), &mut tail)?;
-        // Padding at the end is no part of it.
+        // Padding at the end is not part of it.
         if reader.left() >= HEADER && self.structure.is_appendable != Some(true) {
             return Err(format!("{} bytes are left over: it is another type", reader.left()));
         }

@@ -155,7 +155,7 @@ impl Matches {
                 && ours != theirs
             {
                 format!(
-                    "{topic}: a {who} defines {there} otherwise (type hash {theirs}, here {ours}), so messages can't be read: give both the same .msg file"
+                    "{topic}: a {who} defines {there} differently (type hash {theirs}, here {ours}), so messages can't be read: give both the same .msg file"
                 )
             } else {
                 continue;

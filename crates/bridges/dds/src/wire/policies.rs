@@ -12,7 +12,7 @@ use crate::quality::{Representation, TopicQuality};
 const BLOCKING: Duration = Duration::from_millis(100);
 
 /// Minimum number of values kept for late readers.
-/// RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with fewer it would wait for each
+/// RustDDS cleans its caches every 6 s, so for so long it keeps more than the depth; with fewer it would wait for each
 /// acknowledgement.
 const KEPT: i32 = 64;
 

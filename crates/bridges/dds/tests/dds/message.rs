@@ -210,7 +210,7 @@ proptest! {
         }
         if let Ok(value) = message.decode(&wire) {
             prop_assert_eq!(value.len(), size_of::<Target>());
-            // What was read can be sent on, unless it is no value of the struct.
+            // What was read can be sent on, unless it is not a value of the struct.
             let mut again = Vec::new();
             if message.encode(&value, &mut again).is_ok() {
                 prop_assert_eq!(message.decode(&again).unwrap(), value);

@@ -73,7 +73,7 @@ impl NodeContext {
         &self.master.node
     }
 
-    /// Checks that another machine is reached only if the configuration permits it.
+    /// Checks thon another machine is reached only if the configuration permits it.
     ///
     /// # Errors
     /// When the address is on another machine, or unknown.

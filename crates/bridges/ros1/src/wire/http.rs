@@ -117,7 +117,7 @@ async fn read(stream: &mut TcpStream) -> Result<(String, String), String> {
     let length = length.map(|(_, value)| value.trim().parse::<usize>());
     let length = match length {
         Some(Ok(length)) if length <= BODY => length,
-        Some(_) => return Err(format!("its Content-Length is no number up to {BODY}")),
+        Some(_) => return Err(format!("its Content-Length is not a number up to {BODY}")),
         None => return Err("it has no Content-Length".into()),
     };
     let mut body = body;

@@ -151,7 +151,7 @@ pub async fn call_service(
     let theirs = ConnectionHeader::read(&mut stream).await.map_err(lost)?;
     if !theirs.get("error").is_empty() {
         let theirs = theirs.shown("error");
-        return Err(format!("{service} is no {} ({checksum}): {theirs}", of.name()));
+        return Err(format!("{service} is not a {} ({checksum}): {theirs}", of.name()));
     }
     let bytes = [&length(request.len()).map_err(lost)?[..], &request].concat();
     stream.write_all(&bytes).await.map_err(lost)?;

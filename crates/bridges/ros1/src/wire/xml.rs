@@ -167,7 +167,7 @@ fn read_value(value: Node<'_, '_>, depth: usize) -> Result<XmlValue, String> {
     };
     let text = typed.text().unwrap_or_default();
     let wrong =
-        || format!("`{}` is no {}", text.chars().take(40).collect::<String>(), typed.tag_name().name());
+        || format!("`{}` is not a {}", text.chars().take(40).collect::<String>(), typed.tag_name().name());
     let items = |node: Node<'_, '_>| {
         let values = node.children().filter(|own| own.has_tag_name("value"));
         values.map(|value| read_value(value, depth + 1)).collect::<Result<Vec<_>, _>>()

@@ -93,7 +93,7 @@ impl Running {
         Self::load(text, lockstep()).connected()
     }
 
-    /// An agent that is no node yet.
+    /// An agent that is not a node yet.
     pub fn load(text: &str, options: Options) -> Self {
         Self::load_database(&database(text), &plugins(), options)
     }

@@ -1,5 +1,5 @@
 //! Frames, time and log of a node, with rospy.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use serde_json::{Value as Json, json};
 use slate_module::Level;

@@ -1,5 +1,5 @@
 //! Malicious bytes.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};

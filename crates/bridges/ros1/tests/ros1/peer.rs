@@ -1,5 +1,5 @@
 //! A node of ROS 1 of Debian, in Python, and its master: `cargo test -p slate-ros1 --features external-tools`.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};

@@ -94,7 +94,7 @@ fn a_service_of_ros_1_that_does_not_fit_its_port_is_refused() {
         ),
         (
             "call.\"/on\" = { from = \"asker/requests\", type = \"std_srvs/SetBool\", response = \"asker/delivery\" }",
-            "/asker/delivery and /on: it is no input",
+            "/asker/delivery and /on: it is not an input",
         ),
     ];
     for (table, words) in cases {

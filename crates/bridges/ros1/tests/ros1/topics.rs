@@ -1,5 +1,5 @@
 //! Topics both ways, with rospy.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use std::path::{Path, PathBuf};
 

@@ -123,7 +123,7 @@ impl ActionClient {
     }
 
     /// Sends a goal, and waits until it has ended; returns the outcome of its message.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     fn pursue(
         &mut self,
         value: &Json,

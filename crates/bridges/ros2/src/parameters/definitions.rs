@@ -88,7 +88,7 @@ string[] prefixes
 /// The kind is unknown.
 pub fn service_type(kind: &str) -> Result<ServiceType, String> {
     let found = DEFINITIONS.iter().find(|(known, _)| *known == kind);
-    let (_, definition) = found.ok_or_else(|| "it is no service of parameters".to_owned())?;
+    let (_, definition) = found.ok_or_else(|| "it is not a service of parameters".to_owned())?;
     let text = format!("{definition}\n{MESSAGES}");
     ServiceType::parse(WireFormat::Cdr, &format!("rcl_interfaces/srv/{kind}"), &text)
 }

@@ -95,7 +95,7 @@ impl ServiceClient {
         }
     }
 
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     fn call(
         &self,
         value: &Json,

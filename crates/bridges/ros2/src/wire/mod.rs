@@ -118,7 +118,7 @@ pub trait TopicWriter: Send + Sync {
     /// Returns the number of connected subscriptions.
     fn subscriptions(&self) -> usize;
 
-    /// Returns whether any program receives messages, even one that is no node.
+    /// Returns whether any program receives messages, even one that is not a node.
     fn has_receivers(&self) -> bool {
         self.subscriptions() > 0
     }

@@ -133,7 +133,7 @@ fn a_router_is_on_this_machine_unless_the_network_is_trusted() {
     for (router, words) in [
         ("7447", "`7447` is not an endpoint"),
         ("tcp/localhost", "has no host and port"),
-        ("quic/localhost:7447", "`quic/localhost:7447` is no endpoint of `tcp/`"),
+        ("quic/localhost:7447", "`quic/localhost:7447` is not an endpoint of `tcp/`"),
         ("tls/10.0.0.7:7447", "`tls/10.0.0.7:7447` can't be used"),
         ("tcp/10.0.0.7:7447", "`tcp/10.0.0.7:7447` is on another machine, and what goes there is clear text"),
     ] {
@@ -213,7 +213,7 @@ fn errors_have_their_line() {
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/msg/B\", definition = \"---\" }",
             3,
-            "`a/msg/B` is no type of a service",
+            "`a/msg/B` is not a type of a service",
         ),
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/srv/B\", definition = \"bool on\" }",
@@ -343,7 +343,7 @@ fn definitions_are_read_from_files_beside_the_configuration() {
             "own/msg/Endless.msg:2: a message can't contain itself",
         ),
         (read("definition = \"own/msg/Missing.msg\""), "own/msg/Missing.msg: the file can't be read"),
-        (read("definition = \"own/msg/Part.msg\", type = \"Part\""), "`Part` is no type of a message"),
+        (read("definition = \"own/msg/Part.msg\", type = \"Part\""), "`Part` is not a type of a message"),
         (read("type = \"own/msg/Part\""), "`type` is the type of a `definition`, and that is missing"),
     ];
     for (table, words) in cases {

@@ -241,7 +241,7 @@ pub struct Running<B: TestBridge> {
 }
 
 impl<B: TestBridge> Running<B> {
-    /// An agent that is no node yet.
+    /// An agent that is not a node yet.
     pub fn load_database(database: &Database, plugins: &[Plugin], options: Options) -> Self {
         let log = MemoryTarget::default();
         let options = Options { log: vec![Box::new(log.clone())], ..options };

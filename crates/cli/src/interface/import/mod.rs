@@ -20,7 +20,7 @@ use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 pub struct ImportInterface {
-    /// `.msg` file; messages in it are searched for beside it
+    /// `.msg` file; nested messages are searched for beside it
     /// and in `PACKAGE/msg/NAME.msg` below the same root
     file: PathBuf,
 
@@ -29,15 +29,15 @@ pub struct ImportInterface {
     #[arg(long = "type", value_name = "TYPE")]
     kind: Option<String>,
 
-    /// Definitions are those of ROS 1
+    /// Read ROS 1 definitions
     #[arg(long)]
     ros1: bool,
 
-    /// Room of a list without a bound, in items
+    /// Capacity of an unbounded sequence, in items
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     items: u32,
 
-    /// Room of a text without a bound, in bytes
+    /// Capacity of an unbounded string, in bytes
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
     text: u32,
 

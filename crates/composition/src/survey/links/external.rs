@@ -1,4 +1,4 @@
-//! Links to and from programs that are no agents: checks of the end in this agent.
+//! Links to and from programs that are not agents: checks of the end in this agent.
 
 use slate_blackboard::is_within;
 use slate_configuration::{Configuration, ErrorCode, ExternalDirection, ExternalLink, Message};
@@ -96,7 +96,7 @@ fn input(
             return Err((ErrorCode::Ends.of(message), format!("write \"{from}\" = \"/{path}\"")));
         }
         _ => {
-            let message = format!("`{path}` is no input with values, as `{from}` has them");
+            let message = format!("`{path}` is not an input with values, as `{from}` has them");
             return Err((ErrorCode::Ends.of(message), "link an input or a queue input".into()));
         }
     }

@@ -90,7 +90,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.followed[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
         names.extend(names.first().copied());
         let span = links[self.followed[at]].from.span;
-        let message = ErrorCode::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
+        let message = ErrorCode::Circle.of(format!("cyclic dependency: {}", names.join(" -> ")));
         self.collector.add(span, message, "link one of them to an output");
         for link in self.followed[at..].iter().copied() {
             self.found[link] = LinkState::ResolvedLink(None);

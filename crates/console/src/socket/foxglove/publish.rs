@@ -59,7 +59,7 @@ impl FoxgloveSession {
         let (property, field) = self.surface.board().find(path).map_err(|error| error.to_string())?;
         match property.access() {
             _ if !field.is_empty() || property.path() != path => {
-                Err(format!("{topic} is no property that takes values"))
+                Err(format!("{topic} is not a property that takes values"))
             }
             Access::Messages => Ok(PublishTarget::Inbox(path.into())),
             Access::Setting => Ok(PublishTarget::Setting(path.into())),

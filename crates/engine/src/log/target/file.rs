@@ -39,7 +39,7 @@ struct OpenedFile {
 
 impl FileTarget {
     /// Opens the file for appending, and creates its folder if missing.
-    /// A full disk is no error yet.
+    /// A full disk is not an error yet.
     ///
     /// # Errors
     /// When it can't be opened for another reason.

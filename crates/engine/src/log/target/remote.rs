@@ -12,7 +12,7 @@ use super::{LogTarget, Record};
 /// Each receives every line from its connection on, as JSON, one object a line.
 ///
 /// A subscriber that reads too slowly, or not at all, loses lines and receives their number; it delays no other subscriber.
-/// Every program that reaches the address can read the log, so it should be one of this computer or of a trusted network.
+/// Every program that reaches the address can read the log, so it should be one of this machine or of a trusted network.
 #[derive(Debug)]
 pub struct RemoteTarget {
     listener: TcpListener,
@@ -44,7 +44,7 @@ impl RemoteTarget {
     /// Listens at an address; port 0 is any that is free.
     ///
     /// # Errors
-    /// When the address is not one of this computer, or is taken.
+    /// When the address is not one of this machine, or is taken.
     pub fn bind(address: SocketAddr) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;

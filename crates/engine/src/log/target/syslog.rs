@@ -10,7 +10,7 @@ use slate_module::Level;
 use super::outage::Outage;
 use super::{LogTarget, Record};
 
-/// Syslog of this computer or of another one.
+/// Syslog of this machine or of another one.
 ///
 /// An unreachable one is reported once and retried with every line. UDP does not report whether a line
 /// arrived, only that the network is down.

@@ -37,7 +37,8 @@ impl Follower {
             let snapshot = shared.filled.pop();
             if let Some(new) = &mut *shared.locked() {
                 if let Some(Err(refusal)) = new.state.take().map(|saved| new.code.restore(&saved)) {
-                    self.log.write(Level::Warn, &format!("the new code begins afresh: {refusal}"));
+                    self.log
+                        .write(Level::Warn, &format!("the new code restarts with a fresh state: {refusal}"));
                 }
                 if let Some(snapshot) = &snapshot {
                     let code = self.step(&mut new.code, snapshot, &mut outputs);

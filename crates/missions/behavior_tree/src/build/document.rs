@@ -79,7 +79,7 @@ impl<'a> TreeDocument<'a> {
                 "TreeNodesModel" => self.read_models(element)?,
                 "include" if self.is_file => {}
                 "include" => {
-                    let reason = "expected no `include` in a text that is no file";
+                    let reason = "expected no `include` in a text that is not a file";
                     return Err(self.error(element, reason));
                 }
                 other => {

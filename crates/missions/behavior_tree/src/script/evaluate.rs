@@ -168,7 +168,7 @@ fn assign(
 }
 
 /// Converts a value to the type of an entry's first value.
-/// Returns a text that is no number as the error.
+/// Returns a text that is not a number as the error.
 pub(crate) fn keep_type(
     old: Option<&BoardValue>,
     value: BoardValue,

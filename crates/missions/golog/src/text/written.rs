@@ -111,7 +111,7 @@ pub(crate) struct WrittenAction {
     pub is_exogenous: bool,
     pub possible: Option<WrittenExpression>,
     /// Action of the robot, with its arguments.
-    /// One without a name is no action of the robot.
+    /// One without a name is not an action of the robot.
     pub performs: Option<(Option<WrittenName>, Vec<WrittenExpression>)>,
     pub senses: Option<(WrittenName, Vec<WrittenExpression>)>,
     pub effects: Vec<WrittenEffect>,

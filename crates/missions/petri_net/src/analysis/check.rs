@@ -36,7 +36,7 @@ pub enum FindingKind {
     Dependent,
     /// Place that can have more than one token.
     Unsafe,
-    /// Transition that never has its tokens.
+    /// Transition that is never enabled.
     DeadTransition,
     /// Transition whose tokens another one without a guard takes first.
     Conflict,
@@ -187,7 +187,10 @@ fn deadlocks(net: &PetriNet, space: &StateSpace, findings: &mut Vec<NetFinding>)
             0 => String::new(),
             count => format!(", and {count} more such markings"),
         };
-        let text = format!("nothing can happen with {}{others}", net.marking_text(space.marking(first)));
+        let text = format!(
+            "no transition is enabled in the marking {}{others}",
+            net.marking_text(space.marking(first))
+        );
         findings.push(finding(FindingKind::Deadlock, text, Some(space.path(first))));
     }
 }

@@ -96,8 +96,11 @@ fn deadlocks(
         0 => String::new(),
         count => format!(", and {count} more such markings"),
     };
-    let text =
-        format!("nothing can happen to {} with {}{others}", waiting.join(" and "), net.marking_text(marking));
+    let text = format!(
+        "no transition of {} is enabled in the marking {}{others}",
+        waiting.join(" and "),
+        net.marking_text(marking)
+    );
     findings.push(finding(FindingKind::Deadlock, text, Some(space.path(first))));
 }
 
@@ -131,7 +134,7 @@ fn dependences(joint: &JointNet, space: &StateSpace, findings: &mut Vec<NetFindi
         };
         let Some(first) = (0..space.states()).find(depends) else { continue };
         let text = format!(
-            "{name} waits for others with {}, for ever if they vanish: give it a way out, such as `[absent_...]`",
+            "{name} waits for others with {}, forever if they are absent: add a transition with a guard such as `[absent_...]`",
             marking_text(joint, robot, space.marking(first))
         );
         findings.push(finding(FindingKind::Dependent, text, Some(space.path(first))));

@@ -92,7 +92,7 @@ impl PetriNetExecutor {
             let found = (0..restored.len()).find(|instance| executor.relative_path(*instance) == net.path);
             let fits = match found {
                 Some(instance) => executor.restore_net(instance, net).map(|()| restored[instance] = true),
-                None => Err(CarryError(format!("`{}` runs, and is no sub-plan any more", net.path))),
+                None => Err(CarryError(format!("`{}` runs, and is not a sub-plan any more", net.path))),
             };
             if net.live {
                 fits?;

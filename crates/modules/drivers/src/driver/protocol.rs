@@ -66,10 +66,10 @@ pub enum DeviceFault {
     #[error("only noise is on the line: is `baud` the speed of the device, and is it such a device?")]
     Noise,
     /// Silent after measurements.
-    #[error("the device fell silent")]
+    #[error("the device stopped responding")]
     Silent,
     /// Only noise after measurements.
-    #[error("the device can't be understood any more: there is only noise on the line")]
+    #[error("the device sends only noise: check line and baud rate")]
     Drowned,
     /// The device refuses to work; its reason.
     #[error("{0}")]

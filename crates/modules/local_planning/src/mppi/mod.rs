@@ -82,7 +82,7 @@ impl Mppi {
 
     /// Returns the next velocity command.
     /// `None` if every trajectory collides or leaves the field, if the robot is not inside of the field, or an argument
-    /// is no number or empty.
+    /// is not a number or empty.
     ///
     /// `path` leads to the goal, in the frame of the robot's pose and of the field; `heading` is that at the goal, rad,
     /// `None` for any.
@@ -149,7 +149,7 @@ impl Mppi {
         (weight, positions.map(|(x, y)| [self.center[0] + f64::from(*x), self.center[1] + f64::from(*y)]))
     }
 
-    /// Samples, judges and averages once; returns false if the costs are no numbers.
+    /// Samples, judges and averages once; returns false if the costs are not numbers.
     fn improve(
         &mut self,
         start: &RolloutStart,
@@ -195,7 +195,7 @@ impl Mppi {
     }
 
     /// Replaces the mean controls by the cost-weighted average of the samples.
-    /// Returns false, and leaves them, if the weights are no numbers.
+    /// Returns false, and leaves them, if the weights are not numbers.
     fn average(&mut self) -> bool {
         let Self { parameters, mean, rollouts, sums, .. } = self;
         let least = sums.costs.iter().fold(f32::INFINITY, |least, cost| crate::single::min(least, *cost));

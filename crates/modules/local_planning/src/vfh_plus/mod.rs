@@ -128,7 +128,7 @@ impl VfhPlus {
     }
 
     /// Returns the velocity towards a target in the grid's frame.
-    /// `None` if all directions are blocked, or an argument is no number.
+    /// `None` if all directions are blocked, or an argument is not a number.
     pub fn plan(
         &mut self,
         robot: &MotionState,

@@ -50,7 +50,7 @@ pub struct GlobalLocalization {
 
 /// Adaptive Monte Carlo localization in a known map, with the parameters of Nav2.
 ///
-/// A bad input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
+/// An invalid input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
 /// until the input has recovered.
 pub struct Amcl;
 

@@ -22,9 +22,9 @@ pub struct AmclParams {
     alpha3: f64,
     #[param(default = 0.2, range = 0.0..=100.0, unit = "m^2/rad^2", doc = "variance of translation from rotation")]
     alpha4: f64,
-    #[param(default = 0.25, range = 0.0..=10.0, unit = "m", doc = "least translation between two updates")]
+    #[param(default = 0.25, range = 0.0..=10.0, unit = "m", doc = "minimum translation between two updates")]
     update_min_d: f64,
-    #[param(default = 0.2, range = 0.0..=3.2, unit = "rad", doc = "least rotation between two updates")]
+    #[param(default = 0.2, range = 0.0..=3.2, unit = "rad", doc = "minimum rotation between two updates")]
     update_min_a: f64,
     #[param(default = 1, range = 1..=100, doc = "updates between two resamplings")]
     resample_interval: i64,
@@ -33,11 +33,11 @@ pub struct AmclParams {
         doc = "resample particles only while their effective number is below half of theirs"
     )]
     selective_resampling: Bool,
-    #[param(default = 500, range = 1..=20_000, doc = "least number of particles")]
+    #[param(default = 500, range = 1..=20_000, doc = "minimum number of particles")]
     min_particles: i64,
-    #[param(default = 2000, range = 1..=20_000, doc = "greatest number of particles")]
+    #[param(default = 2000, range = 1..=20_000, doc = "maximum number of particles")]
     max_particles: i64,
-    #[param(default = 0.05, range = 0.001..=1.0, doc = "largest error between true and estimated distribution")]
+    #[param(default = 0.05, range = 0.001..=1.0, doc = "maximum error between true and estimated distribution")]
     pf_err: f64,
     #[param(default = 0.99, range = 0.0..=10.0, doc = "upper quantile for the probability that the error is less")]
     pf_z: f64,
@@ -54,7 +54,7 @@ pub struct AmclParams {
         doc = "likelihood_field, or likelihood_field_prob: the product of the beams' likelihoods"
     )]
     laser_model_type: Text<28>,
-    #[param(default = 60, range = 1..=2000, doc = "greatest number of beams of a scan that are used")]
+    #[param(default = 60, range = 1..=2000, doc = "maximum number of beams of a scan that are used")]
     max_beams: i64,
     #[param(default = 100.0, range = 0.1..=1000.0, unit = "m", doc = "ranges from here on hit nothing")]
     laser_max_range: f64,
@@ -72,7 +72,7 @@ pub struct AmclParams {
     do_beamskip: Bool,
     #[param(default = 0.5, range = 0.0..=10.0, unit = "m", doc = "distance up to which a particle explains a beam")]
     beam_skip_distance: f64,
-    #[param(default = 0.3, range = 0.0..=1.0, doc = "least share of particles that explain a beam")]
+    #[param(default = 0.3, range = 0.0..=1.0, doc = "minimum share of particles that explain a beam")]
     beam_skip_threshold: f64,
     #[param(default = 0.9, range = 0.0..=1.0, doc = "share of beams left out from which all count")]
     beam_skip_error_threshold: f64,
@@ -90,11 +90,11 @@ pub struct AmclParams {
     initial_heading_stddev: f64,
     #[param(default = 65, range = 1..=100, unit = "%", doc = "occupancy from which a cell is an obstacle")]
     occupied_threshold: i64,
-    #[param(default = 1.0, range = 0.05..=60.0, unit = "s", doc = "age of the newest scan from which the laser has stopped")]
+    #[param(default = 1.0, range = 0.05..=60.0, unit = "s", doc = "age of the newest scan above which the laser counts as stopped")]
     scan_timeout: f64,
-    #[param(default = 3.0, range = 0.1..=100.0, unit = "m/s", doc = "velocity from which the odometry has jumped")]
+    #[param(default = 3.0, range = 0.1..=100.0, unit = "m/s", doc = "velocity above which the odometry counts as a jump")]
     max_linear_velocity: f64,
-    #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity from which the odometry has jumped")]
+    #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity above which the odometry counts as a jump")]
     max_angular_velocity: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,

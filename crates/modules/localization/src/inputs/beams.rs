@@ -11,7 +11,7 @@ use super::fault::{FaultyInput, InputFault};
 pub struct BeamSelection {
     /// Greatest number of beams.
     pub max_beams: usize,
-    /// Range up to which a beam is no measurement, m.
+    /// Range up to which a beam is not a measurement, m.
     pub min_range: f64,
     /// Range from which a beam hits nothing, m.
     pub max_range: f64,

@@ -39,7 +39,7 @@ impl OdometryCheck {
         let fault = |reason: std::fmt::Arguments<'_>| Err(InputFault::with(FaultyInput::Odometry, reason));
         let Pose2 { x, y, theta } = odometry.pose;
         if !odometry.pose.is_known() {
-            return fault(format_args!("is no number: ({x}, {y}, {theta})"));
+            return fault(format_args!("is NaN: ({x}, {y}, {theta})"));
         }
         let Some(([last_x, last_y, last_theta], last)) = self.newest.replace(([x, y, theta], time)) else {
             return Ok(());

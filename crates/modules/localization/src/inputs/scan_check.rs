@@ -60,12 +60,12 @@ impl ScanCheck {
         }
         let numbers = [scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max];
         if scan.ranges.is_empty() || numbers.iter().any(|number| !number.is_finite()) {
-            return fault(format_args!("has no beams, or angles and limits that are no numbers"));
+            return fault(format_args!("has no beams, or angles or limits that are NaN"));
         }
         self.check_shape((scan.ranges.len(), scan.angle_min, scan.angle_increment))?;
         let invalid = scan.ranges.iter().filter(|range| range.is_nan()).count();
         if 2 * invalid > scan.ranges.len() {
-            return fault(format_args!("has {invalid} ranges that are no numbers, of {}", scan.ranges.len()));
+            return fault(format_args!("has {invalid} NaN ranges of {}", scan.ranges.len()));
         }
         self.check_change(scan, odometry)
     }

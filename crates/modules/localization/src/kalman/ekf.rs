@@ -67,7 +67,7 @@ pub struct RejectedMeasurements {
 /// It takes odometry, IMU, compass, positions, satellite fixes and landmarks, with the parameters of
 /// `robot_localization`.
 ///
-/// A bad input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
+/// An invalid input is named in the log, and the block is degraded: its pose is not published, so that it becomes stale,
 /// until the input has recovered.
 pub struct Ekf;
 
@@ -150,7 +150,7 @@ impl EkfState {
                 if !filter.initialize(params.initial_pose(), params.initial_stddev(), now.now()) {
                     return Err(InputFault::new(
                         FaultyInput::Parameter,
-                        "has an initial state that is no number",
+                        "has an initial state that is not finite",
                     ));
                 }
                 self.filter = Some(filter);
@@ -270,7 +270,7 @@ impl EkfState {
                     filter.widen(params.reset_stddev());
                     self.in_a_row[at] = 0;
                     now.warn(format_args!(
-                        "{} was an outlier {} times in a row: the robot may have been carried away",
+                        "{} was an outlier {} times in a row: the robot may have been kidnapped (moved by hand)",
                         source.input().name(),
                         params.max_rejections
                     ));
@@ -279,7 +279,9 @@ impl EkfState {
             MeasurementOutcome::TooLate(seconds) => {
                 return fault(format_args!("went back in time, or is late, by {seconds:.3} s"));
             }
-            MeasurementOutcome::Invalid => return fault(format_args!("is no number, or has no deviation")),
+            MeasurementOutcome::Invalid => {
+                return fault(format_args!("is NaN, or has no standard deviation"));
+            }
             MeasurementOutcome::NoPose => {}
         }
         Ok(())

@@ -94,7 +94,7 @@ impl PlanarFilter {
     }
 
     /// Widens the belief of the pose to standard deviations.
-    /// They are of x, y (m) and heading (rad). It is for a robot that may have been carried away; twist and calibration
+    /// They are of x, y (m) and heading (rad). It is for a robot that may have been kidnapped; twist and calibration
     /// stay.
     pub fn widen(&mut self, stddev: [f64; 3]) {
         let Some(mut belief) = self.belief else { return };

@@ -110,9 +110,9 @@ pub struct EkfParams {
     initial_position_stddev: f64,
     #[param(default = 0.26, range = 0.0..=10.0, unit = "rad", doc = "initial heading, and that of a manual reset")]
     initial_heading_stddev: f64,
-    #[param(default = 20, range = 1..=1_000_000, doc = "outliers of an input in a row from which the robot may have been carried away")]
+    #[param(default = 20, range = 1..=1_000_000, doc = "outliers of an input in a row from which the robot may have been kidnapped (moved by hand)")]
     max_rejections: i64,
-    #[param(default = 10.0, range = 0.0..=1e6, unit = "m", doc = "x and y of a robot that may have been carried away")]
+    #[param(default = 10.0, range = 0.0..=1e6, unit = "m", doc = "x and y of a robot that may have been kidnapped")]
     reset_position_stddev: f64,
     #[param(default = 1.0, range = 0.0..=10.0, unit = "rad", doc = "its heading")]
     reset_heading_stddev: f64,
@@ -124,9 +124,9 @@ pub struct EkfParams {
     iterations: i64,
     #[param(default = 0.5, range = 0.05..=60.0, unit = "s", doc = "age from which odometry or IMU have stopped")]
     sensor_timeout: f64,
-    #[param(default = 3.0, range = 0.1..=100.0, unit = "m/s", doc = "velocity from which the odometry has jumped")]
+    #[param(default = 3.0, range = 0.1..=100.0, unit = "m/s", doc = "velocity above which the odometry counts as a jump")]
     max_linear_velocity: f64,
-    #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity from which the odometry has jumped")]
+    #[param(default = 6.0, range = 0.1..=100.0, unit = "rad/s", doc = "angular velocity above which the odometry counts as a jump")]
     max_angular_velocity: f64,
     #[param(default = true, doc = "publish the transform")]
     publish_tf: Bool,
@@ -172,7 +172,7 @@ impl EkfParams {
     /// Returns which variables of the odometry are used.
     ///
     /// # Errors
-    /// A word that is no variable of it.
+    /// A word that is not a variable of it.
     pub(super) fn odometry_variables(&self) -> Result<UsedVariables, InvalidParameter> {
         let expected = "words of: x y yaw vx vy vyaw";
         used(self.odom0_config.as_str(), &NAMES, InvalidParameter { name: "odom0_config", expected })
@@ -181,7 +181,7 @@ impl EkfParams {
     /// Returns which variables of the IMU are used.
     ///
     /// # Errors
-    /// A word that is no variable of it.
+    /// A word that is not a variable of it.
     pub(super) fn imu_variables(&self) -> Result<UsedVariables, InvalidParameter> {
         let names = [NAMES[StateVariable::Yaw as usize], NAMES[StateVariable::Vyaw as usize]];
         let expected = "words of: yaw vyaw";

@@ -39,7 +39,7 @@ impl FilterSource {
         }
     }
 
-    /// Returns true if its outliers indicate that the robot was carried away.
+    /// Returns true if its outliers indicate that the robot was kidnapped.
     pub const fn is_absolute(self) -> bool {
         !matches!(self, Self::Odometry | Self::Imu)
     }

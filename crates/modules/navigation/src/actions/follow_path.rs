@@ -147,7 +147,7 @@ impl FollowPath {
     fn report(&mut self, missing: Option<MissingInput>, now: &Tick) {
         match (std::mem::replace(&mut self.missing, missing), missing) {
             (before, Some(input)) if before != missing => {
-                now.warn(format_args!("{input}; the robot stands until that is well again"));
+                now.warn(format_args!("{input}; the robot stops until the input is valid again"));
             }
             (Some(_), None) => now.info(format_args!("all inputs are valid again: the robot continues")),
             _ => {}

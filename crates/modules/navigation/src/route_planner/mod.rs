@@ -228,12 +228,12 @@ impl RoutePlannerState {
     /// Which of them is missing, old or invalid.
     fn inputs(&mut self, io: &RoutePlannerIo, params: &RoutePlannerParams) -> Result<Pose2, &'static str> {
         let pose = io.robot.fresh().map(|robot| robot.robot.pose).filter(Pose2::is_known);
-        let pose = pose.ok_or("the pose is unknown or old")?;
+        let pose = pose.ok_or("the pose is unknown or stale")?;
         let costmap =
-            io.costmap.fresh().ok_or("`costmap` is missing or old: see the block that computes it")?;
+            io.costmap.fresh().ok_or("`costmap` is missing or stale: check the block that computes it")?;
         RouteGrid::fit(&mut self.grid, costmap, io.costmap.stamp(), params.cost_factor)
             .map(|_| pose)
-            .ok_or("`costmap` is no valid map")
+            .ok_or("`costmap` is not a valid map")
     }
 
     /// Plans a path to a goal and publishes it.

@@ -53,7 +53,7 @@ pub struct SlamIo {
 ///
 /// A scan is inserted after some travel, and between two of them the pose continues by the odometry. Loops are searched in
 /// units of which a step makes some, so that no step takes long; their number is a parameter and depends on no clock, so a
-/// run repeats. A bad input is named in the log, and the pose is not published until it has recovered.
+/// run repeats. An invalid input is named in the log, and the pose is not published until it has recovered.
 pub struct Slam;
 
 /// State of [`Slam`].

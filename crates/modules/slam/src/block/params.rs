@@ -26,31 +26,31 @@ pub struct SlamParams {
     minimum_travel_heading: f64,
     #[param(default = 0.05, range = 0.01..=1.0, unit = "m", doc = "edge length of a cell, of the map and of scan matching")]
     resolution: f64,
-    #[param(default = 360, range = 1..=4000, doc = "greatest number of beams of a scan that are used")]
+    #[param(default = 360, range = 1..=4000, doc = "maximum number of beams of a scan that are used")]
     max_beams: i64,
     #[param(default = 20.0, range = 0.1..=1000.0, unit = "m", doc = "ranges from here on hit nothing")]
     max_laser_range: f64,
     #[param(default = 0.0, range = 0.0..=1000.0, unit = "m", doc = "ranges up to here are no measurement")]
     min_laser_range: f64,
-    #[param(default = 0.1, range = 0.001..=10.0, unit = "m/sqrt(m)", doc = "deviation of the odometry's translation after a meter")]
+    #[param(default = 0.1, range = 0.001..=10.0, unit = "m/sqrt(m)", doc = "standard deviation of the odometry's translation per meter")]
     odometry_translation_stddev: f64,
-    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(rad)", doc = "deviation of its rotation after a radian")]
+    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(rad)", doc = "standard deviation of its rotation per radian")]
     odometry_rotation_stddev: f64,
-    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(m)", doc = "deviation of its rotation after a meter")]
+    #[param(default = 0.1, range = 0.001..=10.0, unit = "rad/sqrt(m)", doc = "standard deviation of its rotation per meter")]
     odometry_drift_stddev: f64,
-    #[param(default = 0.4, range = 0.0..=10.0, unit = "m", doc = "farthest that the odometry is wrong between two scans")]
+    #[param(default = 0.4, range = 0.0..=10.0, unit = "m", doc = "maximum odometry error between two scans")]
     search_distance: f64,
-    #[param(default = 0.35, range = 0.0..=3.1, unit = "rad", doc = "farthest that the odometry turns wrong between two scans")]
+    #[param(default = 0.35, range = 0.0..=3.1, unit = "rad", doc = "maximum odometry heading error between two scans")]
     search_angle: f64,
     #[param(default = 40, range = 2..=1000, doc = "scans of a submap")]
     scans_per_submap: i64,
     #[param(default = 4.0, range = 0.1..=100.0, unit = "m", doc = "distance of submaps within which loops are searched")]
     loop_max_distance: f64,
-    #[param(default = 3.0, range = 0.0..=50.0, unit = "m", doc = "farthest that submaps are wrong against each other")]
+    #[param(default = 3.0, range = 0.0..=50.0, unit = "m", doc = "maximum position error between two submaps")]
     loop_search_distance: f64,
-    #[param(default = 0.4, range = 0.0..=3.1, unit = "rad", doc = "farthest that submaps are turned wrong against each other")]
+    #[param(default = 0.4, range = 0.0..=3.1, unit = "rad", doc = "maximum heading error between two submaps")]
     loop_search_angle: f64,
-    #[param(default = 0.5, range = 0.0..=1.0, doc = "least likelihood of a submap in another one")]
+    #[param(default = 0.5, range = 0.0..=1.0, doc = "minimum match score of a loop closure")]
     loop_min_score: f64,
     #[param(default = 30, range = 1..=1000, doc = "number of particles of the particle filter")]
     particles: i64,
@@ -60,9 +60,9 @@ pub struct SlamParams {
     finish_after: f64,
     #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "time between two published maps")]
     map_update_interval: f64,
-    #[param(default = 25, range = 1..=100, unit = "%", doc = "least share of beams that end in a cell for it to be occupied")]
+    #[param(default = 25, range = 1..=100, unit = "%", doc = "minimum share of beams that end in a cell for it to be occupied")]
     occupied_threshold: i64,
-    #[param(default = 10, range = 1..=10_000, doc = "scans that are drawn anew in a step after poses have changed")]
+    #[param(default = 10, range = 1..=10_000, doc = "scans redrawn per step after poses have changed")]
     redrawn_scans: i64,
     #[param(default = 0.0, unit = "m", doc = "x in the map at the first scan")]
     map_start_x: f64,
@@ -70,11 +70,11 @@ pub struct SlamParams {
     map_start_y: f64,
     #[param(default = 0.0, unit = "rad", doc = "heading in the map at the first scan")]
     map_start_yaw: f64,
-    #[param(default = 1.0, range = 0.05..=3600.0, unit = "s", doc = "age of the newest scan from which the laser has stopped")]
+    #[param(default = 1.0, range = 0.05..=3600.0, unit = "s", doc = "age of the newest scan above which the laser counts as stopped")]
     scan_timeout: f64,
-    #[param(default = 3.0, range = 0.1..=1000.0, unit = "m/s", doc = "velocity from which the odometry has jumped")]
+    #[param(default = 3.0, range = 0.1..=1000.0, unit = "m/s", doc = "velocity above which the odometry counts as a jump")]
     max_linear_velocity: f64,
-    #[param(default = 6.0, range = 0.1..=1000.0, unit = "rad/s", doc = "angular velocity from which the odometry has jumped")]
+    #[param(default = 6.0, range = 0.1..=1000.0, unit = "rad/s", doc = "angular velocity above which the odometry counts as a jump")]
     max_angular_velocity: f64,
     #[param(default = "laser", doc = "name of the laser in the robot model, which has its mount")]
     laser: Text<28>,

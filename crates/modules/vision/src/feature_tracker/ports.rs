@@ -119,7 +119,7 @@ pub struct FeatureTrackerParams {
     report_hits: u32,
     #[param(default = 2.8, range = 0.1..=100.0, unit = "m", doc = "range from within which a victim must have been seen")]
     report_range: f64,
-    #[param(default = 0.2, range = 0.01..=10.0, unit = "m", doc = "greatest standard deviation of a reported position")]
+    #[param(default = 0.2, range = 0.01..=10.0, unit = "m", doc = "maximum standard deviation of a reported position")]
     report_stddev: f64,
     #[param(default = 8.0, range = 0.1..=600.0, unit = "s", doc = "time after which a track with fewer images than a candidate is dropped")]
     spurious_after: f64,
@@ -127,6 +127,6 @@ pub struct FeatureTrackerParams {
     examination_timeout: f64,
     #[param(default = 1.4, range = 0.1..=20.0, unit = "m", doc = "distance from which a candidate is looked at")]
     view_distance: f64,
-    #[param(default = 0.45, range = 0.0..=5.0, unit = "m", doc = "least distance of that place to occupied cells")]
+    #[param(default = 0.45, range = 0.0..=5.0, unit = "m", doc = "minimum distance of that place to occupied cells")]
     viewpoint_clearance: f64,
 }

@@ -124,13 +124,13 @@ pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A program of Zenoh that is no agent, at ports for TCP.
+/// A program of Zenoh that is not an agent, at ports for TCP.
 pub fn session(mode: &str, listen: &[u16], connect: &[u16]) -> Session {
     let texts = |ports: &[u16]| ports.iter().map(|port| format!("tcp/127.0.0.1:{port}")).collect::<Vec<_>>();
     session_with(mode, &texts(listen), &texts(connect), &[])
 }
 
-/// A program of Zenoh that is no agent, at endpoints, with more entries of Zenoh's configuration.
+/// A program of Zenoh that is not an agent, at endpoints, with more entries of Zenoh's configuration.
 pub fn session_with(
     mode: &str,
     listen: &[String],

@@ -8,7 +8,7 @@ use slate_engine::plugin::LibraryError;
 /// Error of changing plugins; the agent continues unchanged.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PluginError {
-    /// File that is no suitable plugin.
+    /// File that is not a suitable plugin.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
@@ -16,15 +16,15 @@ pub enum PluginError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Unfit(#[from] Report),
-    /// A plugin of that name is loaded already.
-    #[error("plugin `{name}` is loaded already")]
+    /// A plugin of that name is already loaded.
+    #[error("plugin `{name}` is already loaded")]
     #[diagnostic(help("reload it to exchange its code, or unload it first"))]
     Loaded {
         /// Name.
         name: String,
     },
     /// Two plugins bring the same kind of module.
-    #[error("plugin `{name}` brings a kind of module `{kind}`, which plugin `{other}` brings already")]
+    #[error("plugin `{name}` defines the module kind `{kind}`, which plugin `{other}` already defines")]
     #[diagnostic(help("unload `{other}` first, or give the kind another name"))]
     SameKind {
         /// New plugin.
@@ -90,8 +90,8 @@ pub enum PluginError {
         dependency: String,
     },
     /// Circular dependency of plugins.
-    #[error("plugins need each other in a circle: {}", .circle.join(" -> "))]
-    #[diagnostic(help("take one dependency out of a `plugin!` line"))]
+    #[error("cyclic dependency of plugins: {}", .circle.join(" -> "))]
+    #[diagnostic(help("remove one dependency from a `plugin!` line"))]
     Circle {
         /// The plugins, the first one again at the end.
         circle: Vec<String>,
@@ -147,7 +147,7 @@ pub enum PluginError {
     },
     /// A module could not be made.
     #[error("module `{module}` can't be set up by the new code: {reason}")]
-    #[diagnostic(help("mend its parameters or the code"))]
+    #[diagnostic(help("fix its parameters or the code"))]
     Refused {
         /// The module.
         module: String,

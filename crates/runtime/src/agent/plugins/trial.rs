@@ -83,7 +83,7 @@ impl<'c> ModuleTrials<'c> {
         match begun {
             Ok(carried) => {
                 if let Err(reason) = carried {
-                    self.say(&format!("the new code beside {module} begins afresh: {reason}"));
+                    self.say(&format!("the new code beside {module} restarts with a fresh state: {reason}"));
                 }
                 Ok(())
             }

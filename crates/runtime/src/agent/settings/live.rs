@@ -88,7 +88,7 @@ impl<'a> OtherModules<'a> {
                 let link = link.filter(|link| linked(self.before, &link.to.value));
                 link.map(|link| {
                     let message = format!("`{path}` follows `{}`, so it can't be set", link.from.value);
-                    (message, format!("take the link away first: slate unlink {}", link.to.value))
+                    (message, format!("remove the link first: slate unlink {}", link.to.value))
                 })
             }
             Some(LiveSetting::LogLevel) => None,
@@ -98,7 +98,7 @@ impl<'a> OtherModules<'a> {
                 .all(|configuration| linked(configuration, &format!("{module}/enabled")))
                 .then(|| {
                     let message = format!("`{path}` has no effect, as a link switches the module");
-                    (message, format!("take the link away first: slate unlink {module}/enabled"))
+                    (message, format!("remove the link first: slate unlink {module}/enabled"))
                 }),
             Some(LiveSetting::Input { module, port }) => {
                 let input = format!("{module}/{port}");
@@ -115,7 +115,7 @@ impl<'a> OtherModules<'a> {
     }
 
     /// Returns the external link that a change makes, removes or alters.
-    /// One of its ends is a program that is no agent.
+    /// One of its ends is a program that is not an agent.
     fn external(&self, change: &Change) -> Option<&'a ExternalLink> {
         let [_, to, ..] = change.names() else { return None };
         let of = |configuration: &'a Configuration| {

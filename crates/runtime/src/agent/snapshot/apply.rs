@@ -170,7 +170,7 @@ fn send(
             }
         }
     }
-    // Its sender is no module, or is not there any more.
+    // Its sender is not a module, or is not there any more.
     if let Ok(mut sender) = mailbox.sender() {
         let _ = sender.send(&message.bytes, message.items, message.time);
     }

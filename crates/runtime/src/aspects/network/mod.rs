@@ -291,7 +291,7 @@ impl NetworkService {
 /// Parses an address without a name, as a name lookup would wait.
 fn address(text: &str) -> Result<SocketAddr, String> {
     let help = "expected a number and a port, such as 192.168.0.7:9000 or [::1]:9000";
-    text.parse().map_err(|_| format!("`{text}` is no address: {help}"))
+    text.parse().map_err(|_| format!("`{text}` is not an address: {help}"))
 }
 
 /// Returns true if an error only means that no data are available now.

@@ -131,7 +131,7 @@ impl ThreadService {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-".contains(&byte);
         if name.is_empty() || name.len() > 64 || !name.bytes().all(is_part) {
             return Err(format!(
-                "`{name}` is no name of a thread: expected up to 64 letters, digits, `_` and `-`"
+                "`{name}` is not a name of a thread: expected up to 64 letters, digits, `_` and `-`"
             ));
         }
         if bytes > LARGEST {

@@ -32,7 +32,7 @@ const SLOT_COUNT: usize = 32;
 /// The others always return at once, so a reader that never releases a value does not block the other end.
 const MAX_LENT_SLOTS: usize = 24;
 
-/// Word of a slot whose value is lent, which is no number of a value.
+/// Word of a slot whose value is lent, which is not a number of a value.
 const LENT_WORD: u32 = u32::MAX;
 
 /// Largest alignment of values, bytes.

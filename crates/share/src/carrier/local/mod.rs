@@ -97,7 +97,7 @@ impl Listener for LocalListener {
         }
         match rustix::net::accept_with(&self.socket, SocketFlags::CLOEXEC) {
             Ok(socket) if check_user(&socket, "").is_ok() => Ok(Some(Arc::new(LocalLink::new(socket)?))),
-            // It has gone again, or is no agent of this user.
+            // It has gone again, or is not an agent of this user.
             Ok(_) | Err(Errno::AGAIN | Errno::CONNABORTED | Errno::INTR) => Ok(None),
             Err(error) => Err(error.into()),
         }

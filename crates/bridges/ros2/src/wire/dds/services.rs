@@ -64,7 +64,7 @@ struct DdsResponder {
 }
 
 impl Responder for DdsResponder {
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     fn reply(self: Box<Self>, message: Vec<u8>, is_ended: &dyn Fn() -> bool) -> Result<(), String> {
         let Replies { writer, matches } = &*self.replies;
         let client = self.identity.writer_guid;

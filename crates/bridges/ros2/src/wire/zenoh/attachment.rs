@@ -21,7 +21,7 @@ pub struct MessageAttachment {
 
 impl MessageAttachment {
     /// Creates the attachment of a message that is sent now.
-    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    #[allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
     pub fn now(sequence_number: i64, source: Gid) -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let source_timestamp = i64::try_from(now.as_nanos()).unwrap_or(i64::MAX);

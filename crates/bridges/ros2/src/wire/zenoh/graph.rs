@@ -137,7 +137,7 @@ fn mismatch(own: &GraphEndpoint, other: &GraphEndpoint) -> Option<String> {
     let theirs: String = other.hash.chars().take(100).collect();
     (own.hash != other.hash).then(|| {
         format!(
-            "{name}: a {word} defines {there} otherwise (type hash {theirs}, here {}), so they exchange nothing: give both the same definition",
+            "{name}: a {word} defines {there} differently (type hash {theirs}, here {}), so they exchange nothing: give both the same definition",
             own.hash
         )
     })

@@ -155,7 +155,7 @@ impl Running {
         Self::load_text(text).connected()
     }
 
-    /// An agent of a configuration that is no node yet.
+    /// An agent of a configuration that is not a node yet.
     pub fn load_text(text: &str) -> Self {
         Self::load_database(&database(text), &plugins(), Options::default())
     }

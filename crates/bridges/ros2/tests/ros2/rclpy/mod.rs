@@ -1,4 +1,4 @@
-//! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
+//! Agents and ROS 2 nodes in Python, with rclpy and Fast DDS.
 
 pub mod actions;
 pub mod agent;

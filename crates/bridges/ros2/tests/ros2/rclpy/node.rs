@@ -1,5 +1,5 @@
 //! Publications of a node about itself, and frames from other nodes.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use std::time::{Duration, Instant};
 

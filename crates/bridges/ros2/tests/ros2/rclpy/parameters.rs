@@ -1,5 +1,5 @@
 //! Parameters of modules, with the client that rclpy has for them.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use serde_json::{Value as Json, json};
 

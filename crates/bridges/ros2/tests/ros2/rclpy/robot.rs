@@ -1,5 +1,5 @@
 //! Robots of EXP1 and of `mapping`, whose devices are nodes of ROS (Figure 10 of the paper).
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use std::process::{Child, Command};
 use std::time::Duration;

@@ -1,5 +1,5 @@
 //! Services both ways.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
@@ -93,7 +93,7 @@ fn service_mismatch_is_reported_before_offer() {
         ),
         (
             "call.\"/on\" = { from = \"asker/requests\", type = \"std_srvs/srv/SetBool\", response = \"asker/delivery\" }",
-            "/asker/delivery and /on: it is no input",
+            "/asker/delivery and /on: it is not an input",
         ),
     ];
     for (table, words) in cases {

@@ -1,5 +1,5 @@
 //! Services and actions over Zenoh.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;

@@ -1,5 +1,5 @@
 //! Topics both ways over Zenoh.
-#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+#![allow(clippy::disallowed_methods, reason = "ROS uses the system clock")]
 
 use serde_json::{Value as Json, json};
 use slate_ros2::TopicStatus;
@@ -244,7 +244,7 @@ fn different_types_and_broken_messages_are_reported() {
     );
     eventually("the hash", || agent.has_logged(&line));
     assert_eq!(status(&agent, "/scan").others, Some(0));
-    // What is no token or no message changes nothing.
+    // What is not a token or no message changes nothing.
     for token in [
         "@ros2_lv/3/x",
         "@ros2_lv/3/a/0/1/MP/%/%/n/%scan/t/h/nothing",
