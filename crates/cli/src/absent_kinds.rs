@@ -7,7 +7,7 @@ use slate_sorted::SortedSet;
 use crate::FEATURES;
 
 /// Each feature that brings modules, and their kinds.
-pub const KINDS: [(&str, &[&str]); 4] = [
+pub const KINDS: [(&str, &[&str]); 5] = [
     (
         "drivers",
         &[
@@ -66,6 +66,20 @@ pub const KINDS: [(&str, &[&str]); 4] = [
             "route_planner",
             "scan_localizer",
             "slam",
+        ],
+    ),
+    (
+        "vision",
+        &[
+            "blob_finder",
+            "camera_interface",
+            "feature_seeker",
+            "feature_tracker",
+            "image_processor",
+            "pan_tilt_controller",
+            "victim_saver",
+            "vision_master",
+            "vision_player",
         ],
     ),
 ];

@@ -4,7 +4,7 @@ pub mod absent_kinds;
 pub mod examples;
 
 /// Name of each feature, and whether it is built in.
-pub const FEATURES: [(&str, bool); 14] = [
+pub const FEATURES: [(&str, bool); 15] = [
     ("console", cfg!(feature = "console")),
     ("dds", cfg!(feature = "dds")),
     ("drivers", cfg!(feature = "drivers")),
@@ -18,5 +18,6 @@ pub const FEATURES: [(&str, bool); 14] = [
     ("ros1", cfg!(feature = "ros1")),
     ("ros2", cfg!(feature = "ros2")),
     ("tls", cfg!(feature = "tls")),
+    ("vision", cfg!(feature = "vision")),
     ("zenoh", cfg!(feature = "zenoh")),
 ];

@@ -234,19 +234,19 @@ const FILE_EXAMPLES: [FileExample; 24] = [
         name: "camera",
         about: "a camera and the objects in its images",
         file: "camera/camera.toml",
-        features: &[],
+        features: &["vision"],
     },
     FileExample {
         name: "rescue_camera",
         about: "a camera on a pan-tilt head in a damaged building",
         file: "camera/rescue_camera.toml",
-        features: &[],
+        features: &["vision"],
     },
     FileExample {
         name: "rescue",
         about: "a rescue robot that explores a damaged building, reports victims and adapts, in three steps",
         file: "rescue/context.toml",
-        features: &["navigation", "missions"],
+        features: &["navigation", "missions", "vision"],
     },
     FileExample {
         name: "rescue_reactive",
@@ -258,13 +258,13 @@ const FILE_EXAMPLES: [FileExample; 24] = [
         name: "rescue_hybrid",
         about: "the same robot, which explores a damaged building and reports victims",
         file: "rescue/hybrid.toml",
-        features: &["navigation", "missions"],
+        features: &["navigation", "missions", "vision"],
     },
     FileExample {
         name: "rescue_context",
         about: "the same robot, which adapts to the ground and to its speed",
         file: "rescue/context.toml",
-        features: &["navigation", "missions"],
+        features: &["navigation", "missions", "vision"],
     },
     FileExample {
         name: "sharing",
@@ -365,6 +365,7 @@ pub fn plugins() -> Vec<Plugin> {
         slate_navigation::plugin(),
         #[cfg(feature = "navigation")]
         slate_slam::plugin(),
+        #[cfg(feature = "vision")]
         slate_vision::plugin(),
         slate_exp3::plugin(),
         slate_suave::plugin(),

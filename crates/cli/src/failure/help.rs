@@ -174,7 +174,7 @@ impl Failure {
 fn parts_not_built() -> Option<String> {
     let missing = slate_robotics_cli::FEATURES
         .iter()
-        .filter(|(name, is_built)| !is_built && ["drivers", "lua", "missions", "navigation"].contains(name));
+        .filter(|(name, is_built)| !is_built && ["drivers", "lua", "missions", "navigation", "vision"].contains(name));
     let missing: Vec<_> = missing.map(|(name, _)| *name).collect();
     let all = missing.join(",");
     (!missing.is_empty())

@@ -107,7 +107,7 @@ impl File {
                 create_time: file.epoch,
                 name,
                 media_type: media_type.into(),
-                data: data.into(),
+                data,
             };
             file.writer()?.attachment(&attachment).map_err(text)?;
         }
