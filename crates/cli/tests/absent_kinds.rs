@@ -26,7 +26,13 @@ fn modules_of_missing_features_are_one_error_that_names_them() {
 }
 
 #[test]
-#[cfg(all(feature = "drivers", feature = "lua", feature = "missions", feature = "navigation", feature = "vision"))]
+#[cfg(all(
+    feature = "drivers",
+    feature = "lua",
+    feature = "missions",
+    feature = "navigation",
+    feature = "vision"
+))]
 fn features_list_the_kinds_of_their_plugins() {
     let kinds = |plugins: &[Plugin]| -> BTreeSet<String> {
         plugins.iter().flat_map(Plugin::kinds).map(|kind| kind.name().to_owned()).collect()

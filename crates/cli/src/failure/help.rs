@@ -172,9 +172,9 @@ impl Failure {
 
 /// Returns the features with modules that are not built in.
 fn parts_not_built() -> Option<String> {
-    let missing = slate_robotics_cli::FEATURES
-        .iter()
-        .filter(|(name, is_built)| !is_built && ["drivers", "lua", "missions", "navigation", "vision"].contains(name));
+    let missing = slate_robotics_cli::FEATURES.iter().filter(|(name, is_built)| {
+        !is_built && ["drivers", "lua", "missions", "navigation", "vision"].contains(name)
+    });
     let missing: Vec<_> = missing.map(|(name, _)| *name).collect();
     let all = missing.join(",");
     (!missing.is_empty())

@@ -47,15 +47,15 @@ type Work = Box<dyn FnOnce(&SharedLoop) -> Option<()> + Send>;
 pub struct NotReturned;
 
 /// Place of the result of a job, shared by the job and its requester.
-struct AnswerSlot<R>(Arc<Mutex<Option<R>>>);
+struct ResultSlot<R>(Arc<Mutex<Option<R>>>);
 
 /// Returns the two ends of an empty slot.
-fn answer_slot<R>() -> (AnswerSlot<R>, AnswerSlot<R>) {
+fn result_slot<R>() -> (ResultSlot<R>, ResultSlot<R>) {
     let slot = Arc::new(Mutex::new(None));
-    (AnswerSlot(Arc::clone(&slot)), AnswerSlot(slot))
+    (ResultSlot(Arc::clone(&slot)), ResultSlot(slot))
 }
 
-impl<R> AnswerSlot<R> {
+impl<R> ResultSlot<R> {
     fn fill(&self, result: R) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     }
@@ -65,7 +65,8 @@ impl<R> AnswerSlot<R> {
     }
 }
 
-/// Does `work` in a thread of its own while none of the cells is in a step, and waits for its end.
+/// Does work in a thread of its own while none of the cells is in a step.
+/// Waits for its end.
 fn run_in_own_thread(
     cells: Vec<Arc<RunnerCell>>,
     work: Box<dyn FnOnce() -> Option<()> + Send>,
@@ -126,12 +127,12 @@ impl SharedLoop {
         cells: &[Arc<RunnerCell>],
         work: impl FnOnce(&SharedLoop) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
-        let (result, answer) = answer_slot();
+        let (result, answer) = result_slot();
         self.run_between_cycles(cells, Box::new(move |shared| work(shared).map(|found| result.fill(found))))?;
         answer.take().ok_or(NotReturned)
     }
 
-    /// As [`between_cycles`](Self::between_cycles), compiled once for all kinds of work.
+    /// As [`between_cycles`](Self::between_cycles), for all kinds of work.
     fn run_between_cycles(&self, cells: &[Arc<RunnerCell>], work: Work) -> Result<(), NotReturned> {
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
@@ -216,7 +217,7 @@ impl SharedLoop {
             };
             return self.between_cycles(cells, between).ok().flatten();
         }
-        let (result, answer) = answer_slot();
+        let (result, answer) = result_slot();
         run_in_own_thread(involved, Box::new(move || work().map(|found| result.fill(found))))?;
         answer.take()
     }
