@@ -91,7 +91,7 @@ class Simulation:
     def set(self, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
         """Changes settings, all or none, by paths as `slate run --set` takes them."""
         pairs = [[path, setting(value)] for path, value in changes.items()]
-        return json.loads(self._agent.operate("set", "", json.dumps(pairs)))
+        return json.loads(self._agent.operate("set", [], json.dumps(pairs)))
 
     def properties(self) -> dict[str, str]:
         """URLs of the properties, each with the name of its interface."""
@@ -159,7 +159,8 @@ class SimulatedProperty:
     @value.setter
     def value(self, value: Any) -> None:
         operation = "patch" if isinstance(value, dict) else "write"
-        self._simulation._agent.operate(operation, self._url, json.dumps(_plain(value), allow_nan=False))
+        text = json.dumps(_plain(value), allow_nan=False)
+        self._simulation._agent.operate(operation, [("path", self._url)], text)
 
     def read(self) -> Sample | None:
         """Newest value with its stamp; None before the first write."""

@@ -65,8 +65,8 @@ impl ControlledAgent {
         Ok(Self { surface: Arc::new(ControlSurface::new(agent)?), caller })
     }
 
-    fn carry_out(&self, name: &str, path: &str, body: Json) -> Result<String, Problem> {
-        let answer = carry_out(&self.surface, &self.caller, name, path.trim_start_matches('/'), body)?;
+    fn carry_out(&self, name: &str, parts: &[(&str, &str)], body: Json) -> Result<String, Problem> {
+        let answer = carry_out(&self.surface, &self.caller, name, parts, body)?;
         Ok(match answer {
             OperationAnswer::Json(_, answer, _) => answer.to_string(),
             _ => "null".into(),
@@ -200,12 +200,19 @@ impl SteppedAgent {
         Ok(numbers.map(|(dtype, bytes)| (dtype, PyBytes::new(py, &bytes))))
     }
 
-    /// Carries out an operation such as `write` on a path.
+    /// Carries out an operation such as `write`, with the parts of its path by name.
     /// Body and answer are JSON.
-    fn operate(&self, py: Python<'_>, name: &str, path: &str, body: &str) -> PyResult<String> {
+    fn operate(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        parts: Vec<(String, String)>,
+        body: &str,
+    ) -> PyResult<String> {
+        let parts: Vec<_> = parts.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         let body = serde_json::from_str(body)
             .map_err(|error| PyValueError::new_err(format!("the value is no JSON: {error}")))?;
-        let answer = self.with(py, |stepped| stepped.control.carry_out(name, path, body))?;
+        let answer = self.with(py, |stepped| stepped.control.carry_out(name, &parts, body))?;
         answer.map_err(|problem| problem_exception(py, &problem))
     }
 

@@ -18,6 +18,7 @@ use crate::operation::{
 use crate::operations::{DRIVE, STOP, by_name, carry_out};
 use crate::problem::Problem;
 use crate::query::Query;
+use crate::route;
 use crate::surface::ControlSurface;
 
 /// Maximum size of a body, bytes.
@@ -159,13 +160,13 @@ impl Dispatcher {
         &self,
         caller: &Caller,
         name: &str,
-        path: &str,
+        parts: &[(&str, &str)],
         body: Json,
     ) -> Result<OperationAnswer, Problem> {
-        let answer = carry_out(&self.surface, caller, name, path, body);
+        let answer = carry_out(&self.surface, caller, name, parts, body);
         if let Some(operation) = by_name(name) {
-            let target = operation.path.replace("{agent}", self.surface.name()).replace("{path}", path);
-            self.log(operation, caller, &format!("{BASE}{target}"), &answer);
+            let path = route::filled(operation.path, self.surface.name(), parts);
+            self.log(operation, caller, &format!("{BASE}{path}"), &answer);
         }
         answer
     }

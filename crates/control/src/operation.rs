@@ -12,13 +12,14 @@ use crate::answer::OperationAnswer;
 use crate::connection::ConnectionSlot;
 use crate::problem::Problem;
 use crate::query::{Query, decode};
+use crate::route::{self, PathParts};
 use crate::surface::ControlSurface;
 
 /// Prefix of the paths of all operations.
 pub const BASE: &str = "/api/v1";
 
 /// Operation of the API.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Operation {
     /// Method of HTTP.
     pub method: &'static str,
@@ -93,6 +94,20 @@ impl Operation {
             Some(how) => Err(Problem::run_over(surface.name(), how, "it would have no effect")),
             None => (self.handler)(surface, request),
         }
+    }
+
+    /// Returns the names of the variable parts of its path, in order.
+    pub fn part_names(&self) -> impl Iterator<Item = &'static str> {
+        route::part_names(self.path)
+    }
+
+    /// Returns the variable parts of its path, from a caller that names them.
+    /// The part `agent` is `agent` unless given.
+    ///
+    /// # Errors
+    /// When a part is missing or empty, or its path has no part of a given name.
+    pub fn capture(&self, agent: &str, given: &[(&str, &str)]) -> Result<PathParts, Problem> {
+        route::capture(self.path, agent, given)
     }
 
     /// Creates an operation that begins an activity.
@@ -239,7 +254,7 @@ pub struct OperationRequest {
     /// Caller.
     pub caller: Caller,
     /// Parts of the path.
-    pub captured: Vec<(&'static str, String)>,
+    pub captured: PathParts,
     /// Query.
     pub query: Query,
     /// Accepted media types.
@@ -282,9 +297,12 @@ impl Caller {
 }
 
 impl OperationRequest {
-    /// Returns the value of a path parameter; empty if absent.
-    pub fn part(&self, name: &str) -> &str {
-        self.captured.iter().find(|(own, _)| *own == name).map_or("", |(_, part)| part)
+    /// Returns the value of a variable part of the path.
+    ///
+    /// # Errors
+    /// When the operation's path has no such part.
+    pub fn part(&self, name: &str) -> Result<&str, Problem> {
+        route::value_of(&self.captured, name)
     }
 
     /// Returns the body, which must be present.
@@ -311,8 +329,8 @@ impl OperationRequest {
 
     /// Returns a [`part`](OperationRequest::part) as a path of the blackboard.
     /// It may begin with a slash.
-    pub fn board_path(&self, name: &str) -> &str {
-        without_slash(self.part(name))
+    pub fn board_path(&self, name: &str) -> Result<&str, Problem> {
+        self.part(name).map(without_slash)
     }
 
     /// Returns whether the request is a dry run.
@@ -338,7 +356,7 @@ pub struct MatchedOperation {
     /// Operation.
     pub operation: &'static Operation,
     /// Parts of the path, by the names in braces.
-    pub captured: Vec<(&'static str, String)>,
+    pub captured: PathParts,
 }
 
 impl MatchedOperation {
@@ -355,7 +373,7 @@ impl MatchedOperation {
         let mut path_found = None;
         let mut allowed: Vec<&str> = Vec::new();
         for operation in table {
-            let Some(captured) = fits(operation.path, &parts) else { continue };
+            let Some(captured) = route::fits(operation.path, &parts) else { continue };
             if *path_found.get_or_insert(operation.path) != operation.path {
                 continue;
             }
@@ -372,27 +390,6 @@ impl MatchedOperation {
         Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
             .with("allow", allowed))
     }
-}
-
-fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, String)>> {
-    let names: Vec<&'static str> = template.split('/').skip(1).collect();
-    let mut captured = Vec::new();
-    for (place, name) in names.iter().enumerate() {
-        let part = parts.get(place)?;
-        match name.strip_prefix('{').and_then(|name| name.strip_suffix('}')) {
-            Some(name) if place + 1 == names.len() => {
-                // A path of a property may begin with a slash.
-                let is_slash = parts[place].is_empty() && place + 1 < parts.len();
-                let rest = &parts[place + usize::from(is_slash)..];
-                captured.push((name, rest.join("/")));
-                return rest.iter().all(|part| !part.is_empty()).then_some(captured);
-            }
-            Some(name) => captured.push((name, part.clone())),
-            None if name == part => {}
-            None => return None,
-        }
-    }
-    (names.len() == parts.len()).then_some(captured)
 }
 
 /// Refuses unknown query parameters.

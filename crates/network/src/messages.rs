@@ -63,7 +63,7 @@ impl InboxMessages {
                 self.wake.wait_timeout(IDLE_PERIOD);
                 continue;
             };
-            let sent = self.dispatcher.carry_out(&self.caller, "send", &self.inbox, message);
+            let sent = self.dispatcher.carry_out(&self.caller, "send", &[("path", &self.inbox)], message);
             report(sent.map(drop).map_err(|problem| QueryRefusal::from(problem).into_reason()));
         }
     }

@@ -338,7 +338,7 @@ impl Answerer {
         let work = move || {
             // Released at the end of the work, also when the query has timed out.
             let _turn = turn;
-            own.dispatcher.carry_out(&own.caller, name, &path, body)
+            own.dispatcher.carry_out(&own.caller, name, &[("path", &path)], body)
         };
         let done = tokio::task::spawn_blocking(work).await;
         match done.map_err(|_| QueryRefusal::new("the change has failed", "see the log of the agent"))?? {

@@ -131,7 +131,7 @@ impl ParameterSync {
             let text = "nodes of ROS may only read parameters here: parameters = \"set\" in [ros1] lets them";
             return Err(text.into());
         }
-        self.operations.carry_out("write", &own.path(), json_of(value)).map(drop)
+        self.operations.carry_out("write", &[("path", &own.path())], json_of(value)).map(drop)
     }
 
     /// Parameters that ROS has a type for, by key, and their values.

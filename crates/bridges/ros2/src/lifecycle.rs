@@ -175,7 +175,7 @@ impl LifecycleHandler {
         if !is_it || !self.is_settable || actuators.is_empty() {
             return false;
         }
-        let carry_out = |name: &str, body: Json| self.operations.carry_out(name, "", body).is_ok();
+        let carry_out = |name: &str, body: Json| self.operations.carry_out(name, &[], body).is_ok();
         match state {
             AgentState::Active => carry_out("stop", json!({ "reason": DEACTIVATED })),
             AgentState::Inactive => {

@@ -123,11 +123,7 @@ fn object(properties: Map<String, Value>, required: Vec<Value>) -> Map<String, V
     schema
 }
 
-/// Returns the names in braces of a path.
-fn parts(operation: &Operation) -> impl Iterator<Item = &'static str> {
-    operation.path.split('/').filter_map(name)
-}
-
+/// Returns the name of a variable part of a path, which is in braces.
 fn name(part: &str) -> Option<&str> {
     part.strip_prefix('{')?.strip_suffix('}')
 }
@@ -158,8 +154,9 @@ fn check_format(operation: &Operation, arguments: &Map<String, Value>) -> Result
 fn fields(operation: &Operation) -> Option<(Map<String, Value>, Vec<Value>)> {
     let body = operation.body?();
     let fields = body.get("properties")?.as_object()?.clone();
-    let is_taken =
-        |field: &String| parts(operation).chain(query(operation).map(|own| own.name)).any(|own| own == field);
+    let is_taken = |field: &String| {
+        operation.part_names().chain(query(operation).map(|own| own.name)).any(|own| own == field)
+    };
     if fields.keys().any(is_taken) {
         return None;
     }
@@ -174,7 +171,7 @@ fn has_body(operation: &Operation) -> bool {
 
 fn schema(operation: &Operation) -> Map<String, Value> {
     let (mut properties, mut required) = fields(operation).unwrap_or_default();
-    for part in parts(operation) {
+    for part in operation.part_names() {
         if part == AGENT_PART {
             let doc = "Another agent that this one knows; this one unless given.";
             properties.insert(part.into(), json!({ "type": "string", "description": doc }));

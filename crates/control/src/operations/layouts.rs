@@ -86,7 +86,7 @@ pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Oper
 
 /// Returns the file of a layout.
 fn file(request: &OperationRequest) -> Result<PathBuf, Problem> {
-    let name = request.part("layout");
+    let name = request.part("layout")?;
     if !is_plain(name) || name.len() > 64 || name.contains('.') {
         let help = "it has at most 64 letters, digits, _ and -";
         return Err(Problem::bad(format!("`{name}` can't be the name of a layout"), help));
@@ -126,7 +126,7 @@ pub(super) fn remove(
     match fs::remove_file(file(request)?) {
         Ok(()) => Ok(OperationAnswer::Nothing),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            let message = format!("there is no layout `{}`", request.part("layout"));
+            let message = format!("there is no layout `{}`", request.part("layout")?);
             Err(Problem::not_found(message, "GET /api/v1/layouts lists them"))
         }
         Err(error) => Err(unwritable(&error)),

@@ -132,7 +132,7 @@ pub(super) fn renew(
     if command.is_some() && release {
         return Err(Problem::bad("a command and its end in one", "expected `command` or `release`"));
     }
-    let done = surface.leases.renew(request.part("lease"), |controls| -> Result<String, Problem> {
+    let done = surface.leases.renew(request.part("lease")?, |controls| -> Result<String, Problem> {
         if release {
             controls.release();
         }
@@ -152,7 +152,7 @@ pub(super) fn give_back(
     surface: &Arc<ControlSurface>,
     request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    match surface.leases.end(request.part("lease")) {
+    match surface.leases.end(request.part("lease")?) {
         true => Ok(OperationAnswer::Nothing),
         false => Err(unknown()),
     }

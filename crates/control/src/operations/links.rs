@@ -65,14 +65,14 @@ struct LinkRequest {
 
 fn link(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let link: LinkRequest = request.body()?;
-    let (to, from) = (request.own_url(request.part("input")), request.own_url(&link.from));
+    let (to, from) = (request.own_url(request.part("input")?), request.own_url(&link.from));
     conflict(surface.agent.link(&to, &from, link.options.texts()?, request.is_dry()?))
 }
 
 fn unlink(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let from = request.query.get("from").map(|from| request.own_url(from));
     conflict(surface.agent.unlink(
-        &request.own_url(request.part("input")),
+        &request.own_url(request.part("input")?),
         from.as_deref(),
         request.is_dry()?,
     ))

@@ -154,15 +154,15 @@ pub fn by_name(name: &str) -> Option<&'static Operation> {
 }
 
 /// Carries out an operation for a caller that speaks another protocol.
-/// `path` is of a property of this agent, for operations on one.
+/// `parts` are the variable parts of its path by name; `agent` is this agent unless given.
 ///
 /// # Errors
-/// When none has that name, the caller may not do it, or it can't be done.
+/// When none has that name, a part is missing, the caller may not do it, or it can't be done.
 pub fn carry_out(
     surface: &Arc<ControlSurface>,
     caller: &Caller,
     name: &str,
-    path: &str,
+    parts: &[(&str, &str)],
     body: Json,
 ) -> Result<OperationAnswer, Problem> {
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
@@ -170,7 +170,7 @@ pub fn carry_out(
     check_role(operation.role, caller.role)?;
     let request = OperationRequest {
         caller: caller.clone(),
-        captured: vec![("agent", surface.name().to_owned()), ("path", path.to_owned())],
+        captured: operation.capture(surface.name(), parts)?,
         query: Query::default(),
         accept: String::new(),
         if_match: None,

@@ -50,7 +50,7 @@ pub(super) fn switch(
     request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
     let switch: SwitchRequest = request.body()?;
-    named(surface.agent.enable(request.board_path("module"), switch.enabled).map(|switched| json!(switched)))
+    named(surface.agent.enable(request.board_path("module")?, switch.enabled).map(|switched| json!(switched)))
 }
 
 pub(super) fn parameters(

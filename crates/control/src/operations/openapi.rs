@@ -97,8 +97,7 @@ fn responses(status: &str, done: Json) -> Json {
 }
 
 fn of(operation: &Operation, surface: &ControlSurface) -> Json {
-    let in_path = operation.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
-    let in_path = in_path.map(|name| {
+    let in_path = operation.part_names().map(|name| {
         let mut part =
             json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string", "minLength": 1 } });
         if let Some(example) = example(operation, name, surface) {

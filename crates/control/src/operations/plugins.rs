@@ -82,7 +82,7 @@ pub(super) const END_SHADOW: Operation = Operation::delete(
 )
 .answers(
     || json!({ "type": "null" }),
-    |surface, request| named(surface.agent.end_shadow(request.part("plugin"))),
+    |surface, request| named(surface.agent.end_shadow(request.part("plugin")?)),
 );
 
 pub(super) const PROMOTE: Operation = Operation::post(
@@ -92,7 +92,7 @@ pub(super) const PROMOTE: Operation = Operation::post(
     "Promotes the trial code of a plugin",
     Pace::Change,
 )
-.answers(reloaded, |surface, request| named(surface.agent.promote(request.part("plugin"))));
+.answers(reloaded, |surface, request| named(surface.agent.promote(request.part("plugin")?)));
 
 fn loaded() -> Json {
     let plugin = shape::object(&[("name", shape::text()), ("file", shape::optional(shape::text()))]);
@@ -132,7 +132,7 @@ fn check_local(request: &OperationRequest, file: PathBuf) -> Result<PathBuf, Pro
 }
 
 fn load(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.load(Some(request.part("plugin")), None))
+    named(surface.agent.load(Some(request.part("plugin")?), None))
 }
 
 fn load_library(
@@ -143,7 +143,7 @@ fn load_library(
 }
 
 fn unload(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.unload(request.part("plugin")))
+    named(surface.agent.unload(request.part("plugin")?))
 }
 
 #[derive(Default, Deserialize)]
@@ -156,9 +156,9 @@ struct ReloadRequest {
 fn reload(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let ReloadRequest { file } = request.body_or_default()?;
     let file = file.map(|file| check_local(request, file)).transpose()?;
-    named(surface.agent.reload(request.part("plugin"), file.as_deref()))
+    named(surface.agent.reload(request.part("plugin")?, file.as_deref()))
 }
 
 fn shadow(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(surface.agent.shadow(request.part("plugin"), &library(request)?))
+    named(surface.agent.shadow(request.part("plugin")?, &library(request)?))
 }

@@ -213,7 +213,7 @@ fn list(surface: &Arc<ControlSurface>, _: &OperationRequest) -> Result<Operation
 
 fn start(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let recording: RecordingRequest = request.body_or_default()?;
-    let file = new_file(surface, request, request.part("recording"), EXTENSION)?;
+    let file = new_file(surface, request, request.part("recording")?, EXTENSION)?;
     surface.agent.start_recording(&file, &recording).map_err(in_conflict)?;
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
@@ -222,13 +222,13 @@ fn stop(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<Ope
     conflict(surface.agent.stop_recording(Some(&file(
         surface,
         request,
-        request.part("recording"),
+        request.part("recording")?,
         EXTENSION,
     )?)))
 }
 
 fn fetch(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let name = request.part("recording");
+    let name = request.part("recording")?;
     let path = file(surface, request, name, EXTENSION)?;
     if recorded(surface).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
         let message = format!("{name}.{EXTENSION} is still being recorded");
@@ -245,5 +245,5 @@ fn fetch(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<Op
 }
 
 fn snapshot(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(surface.agent.save_flight(&new_file(surface, request, request.part("recording"), EXTENSION)?))
+    conflict(surface.agent.save_flight(&new_file(surface, request, request.part("recording")?, EXTENSION)?))
 }

@@ -62,7 +62,7 @@ const EXTENSION: &str = "snapshot";
 /// Returns the file of a snapshot: a name in the folder of snapshots.
 /// For a caller on this machine also any absolute path.
 fn file(request: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
-    let name = request.part("snapshot");
+    let name = request.part("snapshot")?;
     if let Some(path) = local_file(request, name) {
         return Ok(path);
     }
@@ -91,7 +91,7 @@ fn save(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<Ope
 fn load(surface: &Arc<ControlSurface>, request: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(request, EXTENSION)?;
     if request.caller.local.is_none() && !file.is_file() {
-        let message = format!("there is no snapshot `{}`", request.part("snapshot"));
+        let message = format!("there is no snapshot `{}`", request.part("snapshot")?);
         return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));
     }
     placed(surface.agent.load_snapshot(&file), &file)

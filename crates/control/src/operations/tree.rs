@@ -141,7 +141,7 @@ pub(super) fn interface(
     surface: &Arc<ControlSurface>,
     request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let name = request.part("interface");
+    let name = request.part("interface")?;
     let known = known(surface);
     let descriptor = known.get(name).ok_or_else(|| {
         let near = slate_blackboard::nearest_names(name, known.keys().copied());
@@ -165,7 +165,7 @@ pub(super) fn document(
     surface: &Arc<ControlSurface>,
     request: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    let name = request.part("document");
+    let name = request.part("document")?;
     let found = surface.documents().into_iter().find(|document| document.name == name);
     let unknown =
         || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");

@@ -145,7 +145,7 @@ impl ValueForm {
 
 /// Returns the URL of a path.
 pub(super) fn url(request: &OperationRequest) -> Result<Url, Problem> {
-    let text = format!("slate://{}/{}", request.part("agent"), request.board_path("path"));
+    let text = format!("slate://{}/{}", request.part("agent")?, request.board_path("path")?);
     Url::parse(&request.own_url(&text)).map_err(|error| {
         let help = "such as /api/v1/slate/exp1/r2/planner/state";
         match request.caller.local {

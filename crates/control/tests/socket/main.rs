@@ -12,6 +12,7 @@ mod common;
 mod file;
 mod files;
 mod names;
+mod routes;
 mod settings;
 mod tracing;
 mod wire;
@@ -304,7 +305,7 @@ fn lease_of_a_closed_connection_is_refused() {
     let end = ConnectionEnd::new(&surface, &connection);
     let caller =
         Caller { role: Role::Operator, who: "a test".into(), local: None, is_told: false, connection };
-    let take = || carry_out(&surface, &caller, "take", "", json!({ "actuator": "wheel", "bound": true }));
+    let take = || carry_out(&surface, &caller, "take", &[], json!({ "actuator": "wheel", "bound": true }));
     assert!(take().is_ok());
     drop(end);
     let Err(refusal) = take() else { panic!("a lease of a closed connection") };

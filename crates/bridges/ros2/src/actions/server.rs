@@ -192,7 +192,7 @@ impl ActionServer {
         self.result_output.skip(context);
         self.feedback_output.iter_mut().for_each(|output| output.skip(context));
         let message = self.goal_pairs.value(&request["goal"], &self.offer.value);
-        if self.operations.carry_out("send", &self.offer.inbox, message).is_err() {
+        if self.operations.carry_out("send", &[("path", &self.offer.inbox)], message).is_err() {
             return rejected;
         }
         if self.known.len() >= KEPT_GOALS {
@@ -223,7 +223,7 @@ impl ActionServer {
         };
         let Some(cancel) = &self.offer.cancel else { return code(CANCEL_REJECTED) };
         if goal.state == GoalState::Executing
-            && self.operations.carry_out("send", &cancel.inbox, cancel.value.clone()).is_err()
+            && self.operations.carry_out("send", &[("path", &cancel.inbox)], cancel.value.clone()).is_err()
         {
             return code(CANCEL_REJECTED);
         }

@@ -84,9 +84,9 @@ impl ParameterHandler {
         match last {
             None => Ok(()),
             Some((path, value)) if parameters.len() == 1 => {
-                self.operations.carry_out("write", &path, value).map(drop)
+                self.operations.carry_out("write", &[("path", &path)], value).map(drop)
             }
-            Some(_) => self.operations.carry_out("set", "", Json::Object(changes)).map(drop),
+            Some(_) => self.operations.carry_out("set", &[], Json::Object(changes)).map(drop),
         }
     }
 }

@@ -24,7 +24,8 @@ impl InboxHandler {
     /// Why the message is not taken, when the response has no field that tells, with that response.
     pub fn answer(&self, request: &Json) -> Result<Json, (String, Json)> {
         let message = self.pairs.value(request, &self.offer.value);
-        let (success, text) = match self.operations.carry_out("send", &self.offer.inbox, message) {
+        let (success, text) = match self.operations.carry_out("send", &[("path", &self.offer.inbox)], message)
+        {
             Ok(answer) => (true, answer["status"].as_str().unwrap_or("done").to_owned()),
             Err(reason) => (false, reason),
         };

@@ -37,16 +37,16 @@ impl AgentOperations {
         Ok(Self { dispatcher, caller, runtime: Some(runtime) })
     }
 
-    /// Carries out an operation; returns its answer.
+    /// Carries out an operation with the parts of its path; returns its answer.
     ///
     /// # Errors
     /// Why it is refused, in words.
-    pub fn carry_out(&self, name: &str, path: &str, body: Json) -> Result<Json, String> {
+    pub fn carry_out(&self, name: &str, parts: &[(&str, &str)], body: Json) -> Result<Json, String> {
         let reason = |problem: Problem| problem.detail().to_owned();
         let operation = by_name(name).ok_or_else(|| format!("no operation is called `{name}`"))?;
         let runtime = self.runtime.as_ref().ok_or("the bridge has ended")?;
         let _turn = runtime.block_on(self.dispatcher.turn(operation)).map_err(reason)?;
-        match self.dispatcher.carry_out(&self.caller, name, path, body).map_err(reason)? {
+        match self.dispatcher.carry_out(&self.caller, name, parts, body).map_err(reason)? {
             OperationAnswer::Json(_, body, _) => Ok(body),
             _ => Ok(Json::Null),
         }

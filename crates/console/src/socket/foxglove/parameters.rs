@@ -40,7 +40,7 @@ impl FoxgloveSession {
         let mut out = Vec::new();
         for (name, value) in values {
             let path = name.trim_start_matches('/');
-            let set = self.dispatcher.carry_out(&self.caller, "write", path, value.clone());
+            let set = self.dispatcher.carry_out(&self.caller, "write", &[("path", path)], value.clone());
             if let Err(problem) = set {
                 out.push(status(2, &format!("{name} is not set: {problem}"), None));
             }

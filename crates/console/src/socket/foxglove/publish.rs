@@ -81,7 +81,7 @@ impl FoxgloveSession {
                 return self.drive(&name, &body);
             }
         };
-        let done = self.dispatcher.carry_out(&self.caller, name, path, body);
+        let done = self.dispatcher.carry_out(&self.caller, name, &[("path", path)], body);
         done.map(drop).map_err(|problem| problem.to_string())
     }
 

@@ -92,7 +92,7 @@ fn carry_out(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Result<Js
         _ => json!({ "actuator": text("actuator") }),
     };
     dispatcher
-        .carry_out(caller, name, "", body)
+        .carry_out(caller, name, &[], body)
         .map(|_| json!({ "done": name }))
         .map_err(|problem| problem.detail().to_owned())
 }
