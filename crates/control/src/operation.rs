@@ -34,8 +34,8 @@ pub struct Operation {
     pub role: Role,
     /// Duration class, and whether it changes the agent.
     pub pace: Pace,
-    /// Query parameters.
-    pub parameters: &'static [Parameter],
+    /// Query parameters of its own; [`Operation::parameters`] has the token, too.
+    pub own_parameters: &'static [Parameter],
     /// Schema of the body, if it takes one.
     pub body: Option<fn() -> Json>,
     /// Schema of the answer as JSON.
@@ -62,7 +62,7 @@ pub(crate) struct OperationDraft {
     needs_run: bool,
 }
 
-/// Token, where a browser can set no header.
+/// Token in the query of any operation that reads.
 pub(crate) const TOKEN: Parameter = Parameter {
     name: "token",
     doc: "The token, where a browser can set no header.",
@@ -71,14 +71,24 @@ pub(crate) const TOKEN: Parameter = Parameter {
 
 impl Operation {
     /// Creates an operation that reads.
-    /// A browser may send its token in the query.
     pub(crate) const fn get(
         path: &'static str,
         name: &'static str,
         role: Role,
         summary: &'static str,
     ) -> OperationDraft {
-        OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
+        OperationDraft::new("GET", path, name, role, summary)
+    }
+
+    /// Returns whether it accepts the token in the query.
+    /// A browser can set no header for images, downloads and WebSockets, all of which read.
+    pub fn accepts_token(&self) -> bool {
+        self.method == "GET"
+    }
+
+    /// Returns its query parameters, the token as the last one where it is accepted.
+    pub fn parameters(&self) -> impl Iterator<Item = &'static Parameter> {
+        self.own_parameters.iter().chain(self.accepts_token().then_some(&TOKEN))
     }
 
     /// Carries it out.
@@ -183,7 +193,7 @@ impl OperationDraft {
         Self { pace, ..self }
     }
 
-    /// Sets the query parameters.
+    /// Sets the query parameters, beside the token.
     pub const fn parameters(self, parameters: &'static [Parameter]) -> Self {
         Self { parameters, ..self }
     }
@@ -217,7 +227,7 @@ impl OperationDraft {
             summary,
             role,
             pace,
-            parameters,
+            own_parameters: parameters,
             body,
             answer,
             kinds,
@@ -394,9 +404,9 @@ impl MatchedOperation {
 
 /// Refuses unknown query parameters.
 pub fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> {
-    let known = |name: &str| operation.parameters.iter().any(|parameter| parameter.name == name);
+    let known = |name: &str| operation.parameters().any(|parameter| parameter.name == name);
     let Some(other) = query.names().find(|name| !known(name)) else { return Ok(()) };
-    let names: Vec<_> = operation.parameters.iter().map(|parameter| parameter.name).collect();
+    let names: Vec<_> = operation.parameters().map(|parameter| parameter.name).collect();
     let help = match names.is_empty() {
         true => "it takes none".into(),
         false => format!("it takes {}", names.join(", ")),

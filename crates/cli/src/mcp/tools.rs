@@ -128,14 +128,14 @@ fn name(part: &str) -> Option<&str> {
     part.strip_prefix('{')?.strip_suffix('}')
 }
 
-/// Returns the query parameters, without the browsers' token and the format.
+/// Returns the query parameters, without the token of browsers and the format.
 /// A tool answers in JSON.
 fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
-    operation.parameters.iter().filter(|parameter| !["token", FORMAT_PARAMETER].contains(&parameter.name))
+    operation.own_parameters.iter().filter(|parameter| parameter.name != FORMAT_PARAMETER)
 }
 
 fn has_formats(operation: &Operation) -> bool {
-    operation.parameters.iter().any(|parameter| parameter.name == FORMAT_PARAMETER)
+    operation.own_parameters.iter().any(|parameter| parameter.name == FORMAT_PARAMETER)
 }
 
 /// Refuses any format but JSON, such as a stream, which never ends.

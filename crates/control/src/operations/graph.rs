@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value as Json, json};
 use slate_sorted::SortedMap;
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
 use crate::agent::AgentControl;
 use crate::answer::OperationAnswer;
@@ -31,7 +31,6 @@ pub(super) const READ: Operation = Operation::get(
     },
     Parameter { name: "width", doc: "Available width, pixels.", schema: length },
     Parameter { name: "height", doc: "Available height, pixels.", schema: length },
-    TOKEN,
 ])
 .answers(drawing, read);
 

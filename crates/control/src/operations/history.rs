@@ -9,8 +9,8 @@ use slate_blackboard::interface::{AccessError, Descriptor, View, find};
 use slate_blackboard::{Access, BoardError};
 use slate_runtime::recording::{History, HistoryRequest, Left, RecordingRefusal};
 
+use super::shape;
 use super::values::{SELECTION, own_path, url};
-use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Parameter};
@@ -46,7 +46,6 @@ pub(super) const READ: Operation = Operation::get(
         },
         SELECTION[0],
         SELECTION[1],
-        TOKEN,
     ]).answers(|| {
         shape::object(&[
             ("values", shape::list(shape::reading())),

@@ -9,7 +9,7 @@ use slate_blackboard::Stamp;
 use slate_blackboard::interface::Value;
 use slate_module::Level;
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
@@ -41,7 +41,6 @@ pub(super) const LINES: Operation =
                 doc: "Only lines of modules whose names start with this.",
                 schema: shape::text,
             },
-            TOKEN,
         ])
         .kinds(&["text/event-stream"])
         .answers(|| shape::list(shape::line()), lines);

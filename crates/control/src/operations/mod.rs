@@ -38,7 +38,7 @@ use slate_runtime::ErrorCode;
 use crate::agent::Done;
 use crate::answer::OperationAnswer;
 use crate::entries::Refusal;
-use crate::operation::{Caller, MatchedOperation, Operation, OperationRequest, Parameter, TOKEN, check_role};
+use crate::operation::{Caller, MatchedOperation, Operation, OperationRequest, Parameter, check_role};
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::surface::ControlSurface;

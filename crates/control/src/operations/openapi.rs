@@ -8,7 +8,7 @@ use slate_blackboard::{Access, Property};
 use super::{OPERATIONS, shape, sockets};
 use crate::Role;
 use crate::answer::{OCTET_STREAM, OperationAnswer};
-use crate::operation::{BASE, Operation};
+use crate::operation::{BASE, Operation, TOKEN};
 use crate::surface::ControlSurface;
 
 pub(super) const INDEX: Operation =
@@ -32,6 +32,9 @@ pub(super) fn index(operations: &[Operation]) -> Json {
     json!({ "openapi": format!("{BASE}/openapi.json"), "operations": operations.iter().map(entry).collect::<Vec<_>>() })
 }
 
+/// Scheme of the token in the query, for the operations that accept it there.
+const QUERY_TOKEN: &str = "query_token";
+
 /// Returns the OpenAPI 3.1 document.
 pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Json {
     let mut paths = Map::new();
@@ -49,7 +52,10 @@ pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Js
         },
         "paths": paths,
         "components": {
-            "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
+            "securitySchemes": {
+                "token": { "type": "http", "scheme": "bearer" },
+                QUERY_TOKEN: { "type": "apiKey", "in": "query", "name": TOKEN.name, "description": TOKEN.doc },
+            },
             "schemas": { "Problem": shape::problem() },
         },
         "security": [{ "token": [] }],
@@ -105,12 +111,11 @@ fn of(operation: &Operation, surface: &ControlSurface) -> Json {
         }
         part
     });
-    // The token is said once, as the scheme of all.
-    let in_query =
-        operation.parameters.iter().filter(|parameter| parameter.name != "token").map(|parameter| {
-            let schema = (parameter.schema)();
-            json!({ "name": parameter.name, "in": "query", "description": parameter.doc, "schema": schema })
-        });
+    // The token is a scheme of security.
+    let in_query = operation.own_parameters.iter().map(|parameter| {
+        let schema = (parameter.schema)();
+        json!({ "name": parameter.name, "in": "query", "description": parameter.doc, "schema": schema })
+    });
     let mut parameters: Vec<_> = in_path.chain(in_query).collect();
     if matches!(operation.name, "write" | "patch") {
         let doc = "ETag of the value to change; a different one is refused with 412.";
@@ -136,6 +141,9 @@ fn of(operation: &Operation, surface: &ControlSurface) -> Json {
         "parameters": parameters,
         "responses": responses(status, done),
     });
+    if operation.accepts_token() {
+        document["security"] = json!([{ "token": [] }, { QUERY_TOKEN: [] }]);
+    }
     if let Some(body) = operation.body {
         let is_optional = matches!(
             operation.name,

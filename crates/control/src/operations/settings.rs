@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::json;
 use slate_runtime::configuration::SaveTo;
 
-use super::{DRY_RUN, TOKEN, reply, shape};
+use super::{DRY_RUN, reply, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
@@ -21,10 +21,7 @@ pub(super) const LIST: Operation = Operation::get(
     Role::Viewer,
     "Settings at a path and below, and the file of each",
 )
-.parameters(&[
-    Parameter { name: "path", doc: "Path as in `--set`; all unless given.", schema: shape::text },
-    TOKEN,
-])
+.parameters(&[Parameter { name: "path", doc: "Path as in `--set`; all unless given.", schema: shape::text }])
 .answers(|| shape::list(shape::setting()), list);
 
 pub(super) const SET: Operation = Operation::patch(

@@ -28,7 +28,6 @@ pub(super) const RECORD: Operation = Operation::post(
 pub(super) const PROGRESS: Operation =
     Operation::get("/trace", "trace_progress", Role::Developer, "The trace that this connection records")
         .pace(Pace::Prompt)
-        .parameters(&[])
         .answers(entry, |_, request| {
             answer(request.caller.connection.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
         });

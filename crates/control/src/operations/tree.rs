@@ -9,7 +9,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_runtime::ErrorCode;
 use slate_sorted::SortedMap;
 
-use super::{API_VERSION, TOKEN, shape};
+use super::{API_VERSION, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
@@ -33,7 +33,6 @@ pub(super) const PROPERTIES: Operation =
         .parameters(&[
             PATTERN,
             Parameter { name: "values", doc: "Includes values up to 4 KiB.", schema: shape::flag },
-            TOKEN,
         ])
         .answers(|| shape::list(shape::property()), properties);
 

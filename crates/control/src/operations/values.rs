@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::{Access, BoardError, Url};
 use slate_runtime::{ErrorCode, Message};
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
 use crate::agent::{KNOWN, refusal};
 use crate::answer::OperationAnswer;
@@ -58,7 +58,6 @@ pub(super) const READ: Operation = Operation::get(
         doc: "The quality of JPEG; 80 unless given.",
         schema: || json!({ "type": "integer", "minimum": 1, "maximum": 100 }),
     },
-    TOKEN,
 ])
 .kinds(&["text/plain", "image/png", "image/jpeg", "multipart/x-mixed-replace", "text/event-stream"])
 .answers(shape::reading, read);
@@ -75,7 +74,6 @@ pub(super) const QUEUE: Operation = Operation::get(
     SELECTION[1],
     Parameter { name: "after", doc: "Only entries after this sequence number.", schema: shape::count },
     Parameter { name: "limit", doc: "Maximum number; 1000 unless given.", schema: shape::count },
-    TOKEN,
 ])
 .answers(
     || {

@@ -12,6 +12,7 @@ mod common;
 mod file;
 mod files;
 mod names;
+mod openapi;
 mod routes;
 mod settings;
 mod tracing;

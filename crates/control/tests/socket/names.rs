@@ -77,7 +77,7 @@ const OTHERS: [&str; 4] = ["start_recording", "save_values", "settings", "revert
 fn arguments(operation: &slate_control::Operation) -> Vec<String> {
     let mut found: Vec<String> = operation.path.split(['/', '{', '}']).map(str::to_owned).collect();
     found.retain(|part| operation.path.contains(&format!("{{{part}}}")));
-    found.extend(operation.parameters.iter().map(|parameter| parameter.name.to_owned()));
+    found.extend(operation.parameters().map(|parameter| parameter.name.to_owned()));
     let body = operation.body.map_or(Value::Null, |body| body());
     found.extend(body["properties"].as_object().into_iter().flat_map(|fields| fields.keys().cloned()));
     found
