@@ -1,7 +1,7 @@
 //! The routes of the table of operations: their variable parts, which each handler names.
 
-use slate_control::Operation;
-use slate_control::operations::OPERATIONS;
+use slate_control::operations::{OPERATIONS, of_request};
+use slate_control::{BASE, Operation};
 
 use super::*;
 
@@ -91,4 +91,25 @@ fn route_may_have_any_number_of_parts() {
     let captured: Vec<_> = captured.iter().map(|(name, value)| (*name, value.as_str())).collect();
     assert_eq!(captured, [("one", "1"), ("two", "2"), ("three", "3/4")]);
     assert!(operation.capture("own", &parts[..2]).unwrap_err().to_string().contains("the part `one`"));
+}
+
+#[test]
+fn no_route_is_shadowed_by_an_earlier_one() {
+    let mut seen = Vec::new();
+    for operation in OPERATIONS {
+        assert!(!seen.contains(&(operation.method, operation.path)), "{} is there twice", operation.name);
+        seen.push((operation.method, operation.path));
+        // No fixed part of a route is spelt like this one.
+        let part = |part: &'static str| if part.starts_with('{') { NOTHING } else { part };
+        let path = operation.path.split('/').map(part).collect::<Vec<_>>().join("/");
+        let found = of_request(operation.method, &format!("{BASE}{path}"));
+        let found = found.map_or_else(|problem| problem.to_string(), |found| found.operation.name.to_owned());
+        assert_eq!(
+            found, operation.name,
+            "{} {} has the route of an earlier operation: put it in front of that one",
+            operation.method, operation.path
+        );
+    }
+    let names: slate_sorted::SortedSet<_> = OPERATIONS.iter().map(|operation| operation.name).collect();
+    assert_eq!(names.len(), OPERATIONS.len(), "two operations have one name");
 }
