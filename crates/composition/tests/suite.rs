@@ -5,5 +5,6 @@ mod checked;
 mod devices;
 mod hardware;
 mod inference;
+mod order;
 mod robot;
 mod rules;

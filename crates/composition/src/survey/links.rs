@@ -1,5 +1,6 @@
 //! Resolution of links between ports, and the conversion of their values.
 
+mod delay;
 mod ends;
 mod external;
 mod fit;
@@ -47,6 +48,7 @@ pub(super) fn survey_links<'a>(
     links.sort_by_cached_key(|resolved| {
         join(&survey.end_path(resolved.port.0, resolved.port.1), &resolved.field)
     });
+    delay::set_delays(configuration, survey, &mut links);
     survey.absent = absent;
     survey.mismatches = mismatches;
     survey.links = links;

@@ -28,14 +28,8 @@ pub(super) fn survey_order(
                 if modules[resolved.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
             let own_first = resolved.previous != sends;
-            if let LinkSource::Port(module, port) = resolved.target
-                && modules[module].description.ports[port].direction == Direction::Input
-                && !links.iter().any(|other| other.port == (module, LinkEnd::Port(port)))
-            {
-                // An input without a link is set, and no step writes it.
-                continue;
-            }
-            for target in writers(configuration, modules, resolved.target).into_iter().filter_map(position) {
+            let sources = writers(configuration, modules, links, resolved.target);
+            for target in sources.into_iter().filter_map(position) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
                 let unordered = sends
                     || resolved.previous
@@ -54,7 +48,7 @@ pub(super) fn survey_order(
                     cycle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
                 let first = links.iter().find(|resolved| {
                     position(resolved.port.0).is_some_and(|own| cycle.contains(&own))
-                        && writers(configuration, modules, resolved.target)
+                        && writers(configuration, modules, links, resolved.target)
                             .into_iter()
                             .any(|target| position(target).is_some_and(|at| cycle.contains(&at)))
                 });

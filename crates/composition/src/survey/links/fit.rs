@@ -16,7 +16,6 @@ use crate::parameters::enabled_descriptor;
 use crate::survey::block::{Block, PERCEPT, Provenance, binds};
 use crate::survey::names::{join, split_module};
 use crate::survey::origins::passed_by;
-use crate::survey::writers::writers;
 use crate::survey::{Absent, Implied, LinkConversion, LinkEnd, LinkSource, ResolvedLink, Survey, Surveyed};
 use slate_configuration::{Configuration, ErrorCode, Link, Message, Span};
 
@@ -144,7 +143,8 @@ impl<'a, 's> BothEnds<'a, 's> {
             port: (self.sink.module, self.sink.link_end),
             target: self.target,
             previous: self.previous,
-            delayed: self.is_delayed(),
+            // Known once all links are resolved.
+            delayed: false,
             from: self.from,
             field: self.sink.field.clone(),
             conversion,
@@ -367,18 +367,6 @@ impl<'a, 's> BothEnds<'a, 's> {
             }
         }
     }
-
-    /// Returns whether the link reads last cycle's value of an earlier write.
-    fn is_delayed(&self) -> bool {
-        let own = self.surveyed();
-        match self.target {
-            // Replayed properties are written at their module's slot, possibly earlier in the cycle.
-            LinkSource::Played(played) => {
-                self.previous && self.survey.played[played].later_modules.contains(&own.module.name.value)
-            }
-            target => self.previous && is_earlier(self.configuration, self.survey, target, own.stage),
-        }
-    }
 }
 
 /// Returns the first option of a link that applies only to values.
@@ -412,22 +400,4 @@ fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
     let parameters = &survey.modules[sink.module].description.parameters;
     let parameter = parameters.iter().find(|parameter| parameter.name == sink.field)?;
     if sink.link_end == LinkEnd::Params { parameter.range } else { None }
-}
-
-/// Returns whether the source is written earlier in a cycle than a stage runs.
-fn is_earlier(
-    configuration: &Configuration,
-    survey: &Survey<'_>,
-    target: LinkSource,
-    stage: slate_module::Stage,
-) -> bool {
-    let position = |stage: slate_module::Stage| {
-        configuration.schedule().stages().iter().position(|own| own.members.contains(&stage)).map(|at| {
-            let members = &configuration.schedule().stages()[at].members;
-            (at, members.iter().position(|member| *member == stage))
-        })
-    };
-    writers(configuration, &survey.modules, target)
-        .into_iter()
-        .any(|writer| position(survey.modules[writer].stage) < position(stage))
 }
