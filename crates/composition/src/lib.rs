@@ -10,6 +10,7 @@ mod checked;
 mod diagnostic_collector;
 mod external_ports;
 pub mod link;
+mod link_end;
 mod linked_configuration;
 pub mod own;
 pub mod parameters;
@@ -25,6 +26,7 @@ pub use catalogue::{Catalogue, RemoteProperty};
 pub use checked::{CheckedComposition, RestoredStates};
 pub use diagnostic_collector::DiagnosticCollector;
 pub use external_ports::{ExternalInputError, ExternalPorts};
+pub use link_end::LinkEnd;
 pub use linked_configuration::{LinkedConfiguration, sends};
 pub use plan::{
     BuildPlan, PlannedGate, PlannedPort, PlannedProperty, SAME_ACTUATOR, SAME_PATH, SPARE_READERS,
@@ -33,7 +35,7 @@ pub use plan::{
 pub use played::Played;
 pub use property_index::{PropertyFacts, PropertyIndex, check_facts};
 pub use remote_path::RemotePath;
-pub use setup::{Describe, LinkEnd, OwnSetup, SetUp, SetupTrial, describe, set_up};
+pub use setup::{Describe, OwnSetup, SetUp, SetupTrial, describe, set_up};
 pub use setup_problems::{add_refusal, has_enough_memory};
 use slate_configuration::{Configuration, Report};
 pub use survey::{

@@ -1,4 +1,4 @@
-//! The setup of a module, and the ends of its links.
+//! The setup of a module.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,17 +28,6 @@ impl OwnSetup {
         let (section, params) = (self.section.as_ref(), self.params.as_deref());
         work(&Setup { name: &self.name, seed, period, section, params })
     }
-}
-
-/// The end of a link in its module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LinkEnd {
-    /// A port, by its place in the description.
-    Port(usize),
-    /// The switch.
-    Enabled,
-    /// The parameters.
-    Params,
 }
 
 /// Describes a kind: its ports and parameters, within the time of a step.
