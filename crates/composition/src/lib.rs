@@ -40,7 +40,7 @@ pub use setup_problems::{add_refusal, has_enough_memory};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
     Absent, DescribedLimits, GATE, Host, Implied, Inferred, LOOP_STORE, LinkConversion, LinkMismatch,
-    LinkSignature, LinkSource, RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal,
+    LinkSignature, LinkSource, RESERVED, Remote, ResolvedLink, Survey, Surveyed, bridge_refusal,
     carrier_mismatch, described_limits, inbox_part, infer, manual_value_refusal, needs, part, remote_path,
     scope, stage_histogram, survey, ungated_command, unlinked_warnings,
 };

@@ -389,7 +389,7 @@ pub use plain::{PlainAnalyze, PlainModule, PlainPorts};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
 pub use port::{
     Change, Commanded, HandedOn, Known, Measurement, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn,
-    ReflexOut, Sensed, role,
+    ReflexOut, Sensed,
 };
 pub use published::{AnalyzePorts, MonitorPorts, Published, SensorPorts};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
@@ -398,6 +398,7 @@ pub use robot::{Gate, Notices, Observes, Robot, RobotError, RobotErrors, RobotPr
 pub use sensor::{Sensor, SensorBlock};
 #[doc(hidden)]
 pub use slate_interfaces::DriverStatus;
+pub use slate_module::role;
 pub use status::{Ended, Ending, ExecuteStatus, Route, WaitingAction, WaitingActions};
 #[doc(hidden)]
 pub use {serde, slate_module};

@@ -1,5 +1,6 @@
 use std::marker::PhantomData;
 
+use slate_module::role;
 use slate_module::{
     Direction, Module, Outcome, Params, PortDescription, Ports, Refusal, Setup, Spec, Stage, StaleInput,
     Tick, Trigger,
@@ -8,7 +9,6 @@ use slate_module::{
 use crate::Published;
 use crate::block::{BlockState, distinct, on};
 use crate::knowledge::Device;
-use crate::port::role;
 use crate::published::has_place;
 
 /// Interprets the data of sensors for Analyzes (RoCS, 4.2). Its sensors trigger it.

@@ -2,12 +2,13 @@ use std::marker::PhantomData;
 use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
+use slate_module::role;
 use slate_module::{
     Input, Module, Outbox, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports,
 };
 
 use crate::block::{BlockState, distinct, on};
-use crate::port::{PlanOut, role};
+use crate::port::PlanOut;
 use crate::{ActionRequest, Ended, ExecuteStatus, PlanStep, Planned, Route};
 
 /// Decision on the robot's behavior (RoCS, 4.2).

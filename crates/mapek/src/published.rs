@@ -1,8 +1,9 @@
 use slate_module::blackboard::interface::Descriptor;
+use slate_module::role;
 use slate_module::{Direction, Interface, Outcome, PortDescription, Ports, Refusal, Tick, ports};
 
 use crate::in_place::InPlace;
-use crate::port::{Change, Measurement, Percept, role};
+use crate::port::{Change, Measurement, Percept};
 
 /// Value that a Sensor, a Monitor or an Analyze publishes.
 ///

@@ -1,10 +1,10 @@
 use std::marker::PhantomData;
 
+use slate_module::role;
 use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick};
 
 use crate::Published;
 use crate::block::{BlockState, distinct, on};
-use crate::port::role;
 use crate::published::has_place;
 
 /// Source of data.

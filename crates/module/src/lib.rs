@@ -93,6 +93,7 @@ mod port;
 mod port_list;
 mod portable;
 mod random;
+pub mod role;
 mod setup;
 pub mod table;
 pub mod testing;

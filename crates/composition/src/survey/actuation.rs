@@ -2,9 +2,10 @@
 //! If the robot has blocks, they thus come from its own Execute.
 
 use slate_configuration::{Configuration, ErrorCode, Message};
+use slate_module::role::{ACTUATION, COMMAND};
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, Block, COMMAND, Provenance};
+use super::block::{Block, Provenance};
 use super::names::{split_module, split_port};
 use super::origins::ValueOrigin;
 use super::{LinkEnd, LinkSource, ResolvedLink, Survey, commander, scope};

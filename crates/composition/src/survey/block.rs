@@ -3,60 +3,21 @@
 //! The roles of its ports make a module a block, in any language: no block reads a module without them.
 
 use slate_blackboard::interface::{Descriptor, Kind};
+use slate_module::role::{
+    ACTUATION, ACTUATOR_STATUS, CHANGE, COMMAND, DRIVER_STATUS, FACT, GATE_STATE, HANDED_ON, MEASUREMENT,
+    PERCEPT, PLAN, REFLEX, RULE, TRUTH,
+};
 use slate_module::{Description, Direction, PortDescription};
-
-/// Role of ports with ground truth.
-/// Simulators write them, and only referees read them.
-pub const TRUTH: &str = "truth";
-
-/// Role of the measurements of a Sensor.
-pub const MEASUREMENT: &str = "measurement";
-
-/// Role of the percepts that a Monitor derives from measurements.
-pub const PERCEPT: &str = "percept";
-
-/// Role of a Monitor's input whose value is its percept, without a copy.
-pub const HANDED_ON: &str = "handed_on";
-
-/// Role of the changes that an Analyze reports to the Plan.
-pub const CHANGE: &str = "change";
-
-/// Role of a driver's inputs that move a robot.
-pub const ACTUATION: &str = "actuation";
-
-/// Role of messages from a Plan to Execute.
-pub const PLAN: &str = "plan";
-
-/// Role of messages from a ReactiveModel to Execute.
-pub const REFLEX: &str = "reflex";
-
-/// Role of a fact: an input of Knowledge that all blocks read.
-pub const FACT: &str = "fact";
 
 /// Advice for a fact with a source that not all blocks may read.
 pub const FACT_HELP: &str =
     "a Plan reads facts: link it to an Analyze that interprets that, or make it an `Input` of Knowledge";
-
-/// Role of an output of Knowledge that reflexes may read, such as their thresholds.
-pub const RULE: &str = "rule";
 
 /// Name of the interface of a robot's model.
 const ROBOT_MODEL: &str = "RobotModel";
 
 /// Name of the part that writes commands which passed a gate.
 pub const GATE: &str = "gate";
-
-/// Role of an Actuator's input for the state of its gate.
-pub const GATE_STATE: &str = "gate_state";
-
-/// Role of an Actuator's status, for Knowledge.
-pub const ACTUATOR_STATUS: &str = "actuator_status";
-
-/// Role of a driver's status, for the Actuators in front of it.
-pub const DRIVER_STATUS: &str = "driver_status";
-
-/// Role of commands that have passed the gate.
-pub const COMMAND: &str = "command";
 
 /// Block, as the ports of a module indicate it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use slate_module::role::MEASUREMENT;
 use slate_module::{Direction, Hardware, HardwareDevice};
 
-use super::block::{Block, MEASUREMENT};
+use super::block::Block;
 use super::names::{split_module, split_port};
 use super::{LinkEnd, LinkSource, Survey, scope};
 use crate::diagnostic_collector::DiagnosticCollector;

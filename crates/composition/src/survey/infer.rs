@@ -4,13 +4,13 @@
 //! to the world also considers outputs that a simulator or driver outside offers for the robot of that name. A single
 //! candidate is linked, several are an error, and without one no link is made.
 
+use slate_module::role::{
+    ACTUATOR_STATUS, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, PERCEPT, RULE, TRUTH,
+};
 use slate_module::{Direction, PortDescription};
 use slate_sorted::SortedSet;
 
-use super::block::{
-    ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, PERCEPT, Provenance, RULE,
-    TRUTH, binds, is_fact, is_percept, is_sensed,
-};
+use super::block::{Block, Provenance, binds, is_fact, is_percept, is_sensed};
 use super::names::split_module;
 use super::{Surveyed, duplicates, module, scope};
 use crate::catalogue::Catalogue;

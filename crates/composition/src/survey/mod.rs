@@ -40,7 +40,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::{GATE, TRUTH, inbox_part, part};
+pub use block::{GATE, inbox_part, part};
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
 pub use links::{bridge_refusal, carrier_mismatch, remote_path, ungated_command};

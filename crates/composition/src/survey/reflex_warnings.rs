@@ -1,8 +1,8 @@
 //! Reflexes without an Execute or without a Sensor.
 
+use slate_module::role::{MEASUREMENT, REFLEX};
 use slate_module::{Direction, PortDescription};
 
-use super::block::{MEASUREMENT, REFLEX};
 use super::names::{in_scope, line};
 use super::{LinkEnd, LinkSource, ResolvedLink, Survey, scope};
 

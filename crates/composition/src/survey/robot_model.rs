@@ -1,9 +1,10 @@
 //! RobotModel of a robot: it lists the Sensors that the robot's Knowledge reads.
 //! Other blocks find their sensors there (RoCS, 4.2).
 
+use slate_module::role::MEASUREMENT;
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, MEASUREMENT, is_sensed};
+use super::block::{Block, is_sensed};
 use super::{LinkEnd, LinkSource, Survey, scope};
 use crate::diagnostic_collector::DiagnosticCollector;
 use slate_configuration::{Configuration, ErrorCode};

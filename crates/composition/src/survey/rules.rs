@@ -2,14 +2,12 @@
 //! They hold for messages, too.
 
 use slate_configuration::{Configuration, ErrorCode, Span};
+use slate_module::role::{DRIVER_STATUS, FACT, PLAN, REFLEX, TRUTH};
 use slate_module::{Direction, PortDescription};
 use slate_sorted::SortedMap;
 
 use super::actuation;
-use super::block::{
-    Block, DRIVER_STATUS, FACT, FACT_HELP, PLAN, Provenance, REFLEX, TRUTH, is_referee, is_sensed,
-    remote_sender, role_permits,
-};
+use super::block::{Block, FACT_HELP, Provenance, is_referee, is_sensed, remote_sender, role_permits};
 use super::commander::decides;
 use super::knowledge_inputs;
 use super::manual_values::check_values;

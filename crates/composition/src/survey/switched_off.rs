@@ -2,8 +2,9 @@
 
 use slate_configuration::{Configuration, Diagnostic, ErrorCode};
 use slate_module::Direction;
+use slate_module::role::{ACTUATOR_STATUS, MEASUREMENT, PLAN};
 
-use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
+use super::block::Block;
 use super::commander::commands_actuator;
 use super::{LinkEnd, LinkSource, Survey, scope};
 

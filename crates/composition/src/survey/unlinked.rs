@@ -1,12 +1,11 @@
 //! Warnings of unlinked ports, for lack of which the robot stands still.
 //! The agent runs nevertheless.
 
+use slate_module::role::{ACTUATION, ACTUATOR_STATUS, CHANGE, MEASUREMENT, PERCEPT, PLAN, REFLEX};
 use slate_module::{Direction, PortDescription};
 use slate_sorted::SortedMap;
 
-use super::block::{
-    ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, REFLEX, binds, is_percept,
-};
+use super::block::{Block, binds, is_percept};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::knowledge_inputs::known_output;
 use super::limits::{partial_limits, wide_limits};
@@ -194,8 +193,8 @@ fn awaits_commands(configuration: &Configuration, survey: &Survey<'_>, module: u
     }
     let ports = &surveyed.description.ports;
     let role = ports[port].role.as_str();
-    let takes_plans = ports.iter().any(|port| port.direction == Direction::Inbox && port.role == "plan");
-    (role == "plan" || role == "reflex" && !takes_plans) && commands_actuator(configuration, survey, module)
+    let takes_plans = ports.iter().any(|port| port.direction == Direction::Inbox && port.role == PLAN);
+    (role == PLAN || role == REFLEX && !takes_plans) && commands_actuator(configuration, survey, module)
 }
 
 /// Returns whether the port is the first input of a module without any source.
@@ -212,7 +211,7 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
     let senses = ports.iter().any(|port| match port.direction {
         Direction::Input => is_percept(port),
         Direction::Output => is_percept(port) || port.role == MEASUREMENT,
-        Direction::Outbox => port.role == "reflex",
+        Direction::Outbox => port.role == REFLEX,
         _ => false,
     });
     surveyed.module.enabled.value
@@ -237,7 +236,7 @@ fn decides_outcome(configuration: &Configuration, module: &str) -> bool {
 
 /// Returns the block that sends messages of a role.
 fn block_that_sends(role: &str) -> &'static str {
-    if role == "plan" { "Plan" } else { "ReactiveModel" }
+    if role == PLAN { "Plan" } else { "ReactiveModel" }
 }
 
 /// Returns help for an input without a source.

@@ -6,6 +6,7 @@ use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Value, edit};
 use slate_blackboard::{Access, BoardError, Property, is_within};
+use slate_module::role;
 use slate_runtime::ErrorCode;
 
 use super::values::{own_path, url, version};
@@ -110,7 +111,7 @@ pub(super) fn patch(
 fn help_of_linked(surface: &ControlSurface, path: &str) -> String {
     let port = surface.agent.composer().port(path);
     // Without the link it may not be set either.
-    if port.is_some_and(|port| matches!(port.role.as_str(), "actuation" | "command")) {
+    if port.is_some_and(|port| matches!(port.role.as_str(), role::ACTUATION | role::COMMAND)) {
         return "it moves the robot, and has only what passed the gate; drive it by `slate teleop`, or set its goal: slate goal"
             .into();
     }

@@ -2,13 +2,13 @@
 
 use slate_module::blackboard::interface::Value;
 use slate_module::blackboard::nearest_names;
+use slate_module::role;
 use slate_module::{Description, Direction, PortDescription, parse_duration};
 use slate_sorted::SortedMap;
 
 use super::content::{AttachedLink, GateEntry, Place, RobotContent, RobotModule, RobotProgram};
 use super::error::{RobotError, RobotErrors, RobotProblem};
 use super::toml::number;
-use crate::port::role;
 
 /// Reads the whole content; all errors in the order of the program.
 pub fn check(content: &RobotProgram) -> Result<(), RobotErrors> {

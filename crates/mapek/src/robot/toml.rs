@@ -3,9 +3,8 @@
 use std::fmt::Write;
 
 use slate_module::blackboard::interface::Value;
+use slate_module::role;
 use slate_module::{Direction, PortDescription};
-
-use crate::port::role;
 
 use super::content::{AttachedLink, GateEntry, Place, RobotContent, RobotModule, RobotProgram, Source};
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Access, Board, Event, Observer, Pattern, Property, Store};
-use slate_composition::TRUTH;
 use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue};
 use slate_module::decode_interface;
+use slate_module::role::TRUTH;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_sorted::SortedMap;
 

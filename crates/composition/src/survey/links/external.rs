@@ -2,6 +2,7 @@
 
 use slate_blackboard::is_within;
 use slate_configuration::{Configuration, ErrorCode, ExternalDirection, ExternalLink, Message};
+use slate_module::role::FACT;
 use slate_module::{Direction, PortDescription};
 
 use super::messages::roles;
@@ -9,7 +10,7 @@ use super::sinks::LinkSink;
 use super::sources::LinkSources;
 use crate::diagnostic_collector::{DiagnosticCollector, suggest};
 use crate::link::{FieldPlace, NoField};
-use crate::survey::block::{Block, FACT, FACT_HELP, Provenance, binds, role_permits};
+use crate::survey::block::{Block, FACT_HELP, Provenance, binds, role_permits};
 use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
 use crate::survey::{LinkEnd, LinkSource, Survey};
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_interfaces::GateState;
+use slate_module::role::PERCEPT;
 use slate_module::{Direction, Interface};
 
 use super::ends::{TargetField, sink_name, target_name};
@@ -13,7 +14,7 @@ use crate::diagnostic_collector::DiagnosticCollector;
 use crate::link::{FieldPlace, Filter, NoField, Program};
 use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
-use crate::survey::block::{Block, PERCEPT, Provenance, binds};
+use crate::survey::block::{Block, Provenance, binds};
 use crate::survey::names::{join, split_module};
 use crate::survey::origins::passed_by;
 use crate::survey::{Absent, Implied, LinkConversion, LinkEnd, LinkSource, ResolvedLink, Survey, Surveyed};

@@ -2,6 +2,7 @@
 
 use slate_blackboard::interface::{Descriptor, difference};
 use slate_configuration::{ErrorCode, Message};
+use slate_module::role;
 
 use crate::survey::block::Block;
 
@@ -34,27 +35,27 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
 pub(super) fn roles(to: &str, own: &str, from: &str, (other, block): (&str, Option<Block>)) -> String {
     let what = match other {
         "" if let Some(block) = block => format!("an output of {}", block.name()),
-        "measurement" => "a measurement of a Sensor".to_owned(),
-        "percept" => "a Monitor's output".to_owned(),
-        "change" => "an Analyze's output".to_owned(),
-        "plan" => "an Execute's inbox of plans".to_owned(),
-        "reflex" => "an Execute's inbox of reflexes".to_owned(),
+        role::MEASUREMENT => "a measurement of a Sensor".to_owned(),
+        role::PERCEPT => "a Monitor's output".to_owned(),
+        role::CHANGE => "an Analyze's output".to_owned(),
+        role::PLAN => "an Execute's inbox of plans".to_owned(),
+        role::REFLEX => "an Execute's inbox of reflexes".to_owned(),
         "" => "a plain value, such as a simulator's or a driver's".to_owned(),
         other => format!("a {other}"),
     };
     match own {
-        "percept" => format!("an Analyze reads Monitors: `{to}` can't read {from}, which is {what}"),
-        "change" => format!("the Plan reads Analyzes: `{to}` can't read {from}, which is {what}"),
-        "plan" => {
+        role::PERCEPT => format!("an Analyze reads Monitors: `{to}` can't read {from}, which is {what}"),
+        role::CHANGE => format!("the Plan reads Analyzes: `{to}` can't read {from}, which is {what}"),
+        role::PLAN => {
             format!("the Plan sends to an Execute's plan: `{to}` can't send to {from}, which is {what}")
         }
-        "reflex" => {
+        role::REFLEX => {
             format!(
                 "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to {from}, which is {what}"
             )
         }
-        "" if other == "percept" => format!("only an Analyze reads Monitors: `{to}` can't read {from}"),
-        "" if other == "change" => format!("only the Plan reads Analyzes: `{to}` can't read {from}"),
+        "" if other == role::PERCEPT => format!("only an Analyze reads Monitors: `{to}` can't read {from}"),
+        "" if other == role::CHANGE => format!("only the Plan reads Analyzes: `{to}` can't read {from}"),
         own => format!(
             "`{to}` is {} but {from} is {what}",
             if own.is_empty() { "plain".into() } else { format!("a {own}") }
