@@ -15,7 +15,7 @@ pub const MAX_DRIVE_DURATION: f64 = 10.0;
 /// Operations that are no tools.
 /// Sockets, files and documents for programs, operations that end with a connection, and leases, which the tool that
 /// drives manages.
-const EXCLUDED_OPERATIONS: [&str; 14] = [
+const EXCLUDED_OPERATIONS: &[&str] = &[
     "index",
     "openapi",
     "live",

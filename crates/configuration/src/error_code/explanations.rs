@@ -14,7 +14,7 @@ pub struct Explanation {
 }
 
 /// Explanations of the codes, in their order.
-pub const EXPLANATIONS: [Explanation; 37] = [
+pub const EXPLANATIONS: &[Explanation] = &[
     Explanation {
         error_code: ErrorCode::Syntax,
         title: "invalid syntax",

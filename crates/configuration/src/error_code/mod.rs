@@ -10,174 +10,111 @@ use slate_blackboard::interface::AccessError;
 
 pub use explanations::{EXPLANATIONS, Explanation};
 
-/// Code of an error.
-/// Each has a code and an entry of [`EXPLANATIONS`], which `slate explain` prints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ErrorCode {
+/// Defines [`ErrorCode`] by the list of its kinds, in the order of their codes.
+macro_rules! error_codes {
+    ($($(#[$doc:meta])* $kind:ident = $code:literal,)+) => {
+        /// Code of an error.
+        /// Each has a code and an entry of [`EXPLANATIONS`], which `slate explain` prints.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum ErrorCode {
+            $($(#[$doc])* $kind,)+
+        }
+
+        impl ErrorCode {
+            /// All kinds, in the order of their codes.
+            pub const ALL: &'static [Self] = &[$(Self::$kind,)+];
+
+            /// Code of the kind; it is never used for another kind.
+            pub fn code(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $code,)+
+                }
+            }
+        }
+    };
+}
+
+error_codes! {
     /// Text that can't be read as a configuration.
-    Syntax,
+    Syntax = "S001",
     /// Unknown key.
-    Key,
+    Key = "S002",
     /// Unknown parameter of a module.
-    Parameter,
+    Parameter = "S003",
     /// Unknown name.
-    Name,
+    Name = "S004",
     /// Unknown kind of module.
-    Kind,
+    Kind = "S005",
     /// Incompatible ends of a link.
-    Ends,
+    Ends = "S006",
     /// Circle of modules or plugins that wait for each other.
-    Circle,
+    Circle = "S007",
     /// Input with two sources.
-    TwoSources,
+    TwoSources = "S008",
     /// Missing service.
-    Service,
+    Service = "S009",
     /// Second one of a thing that may exist once.
-    Second,
+    Second = "S010",
     /// Command that bypasses its gate.
-    PastGate,
+    PastGate = "S011",
     /// Missing time source.
-    TimeSource,
+    TimeSource = "S012",
     /// Belongs to another agent.
-    OtherAgent,
+    OtherAgent = "S013",
     /// Unsuitable library.
-    Library,
+    Library = "S014",
     /// Invalid value.
-    Value,
+    Value = "S015",
     /// Link that bypasses the architecture.
-    Attachment,
+    Attachment = "S016",
     /// RobotModel of another robot.
-    Hardware,
+    Hardware = "S017",
     /// A feature is not built in.
-    Feature,
+    Feature = "S018",
     /// A setting does not fit, in a way that has no kind of its own.
-    Setting,
+    Setting = "S019",
     /// Unreachable agent.
-    NoAgent,
+    NoAgent = "S101",
     /// Missing choice of an agent.
-    WhichAgent,
+    WhichAgent = "S102",
     /// Agent that does not answer.
-    Silent,
+    Silent = "S103",
     /// Agent with another version.
-    Version,
+    Version = "S104",
     /// Second writer of a property.
-    OneWriter,
+    OneWriter = "S105",
     /// Port that a link fills.
-    Linked,
+    Linked = "S106",
     /// Mailbox in place of a value.
-    Messages,
+    Messages = "S107",
     /// Taken already.
-    Held,
+    Held = "S108",
     /// The run of the agent is over.
-    RunOver,
+    RunOver = "S109",
     /// A port leads nowhere.
-    Loose,
+    Loose = "S201",
     /// A block without which its robot does nothing is switched off.
-    SwitchedOff,
+    SwitchedOff = "S202",
     /// A block drives another robot.
-    OtherRobot,
+    OtherRobot = "S203",
     /// The input of a driver is not reserved for commands that passed the gate.
-    Unguarded,
+    Unguarded = "S204",
     /// The limits of a gate are wider than those of the robot.
-    WideLimits,
+    WideLimits = "S205",
     /// A robot has no modules.
-    EmptyRobot,
+    EmptyRobot = "S206",
     /// No module uses a plugin.
-    UnusedPlugin,
+    UnusedPlugin = "S207",
     /// A property to record does not exist.
-    Unrecorded,
+    Unrecorded = "S208",
     /// Numbers of a command lack limits.
-    PartialLimits,
+    PartialLimits = "S209",
 }
 
 impl ErrorCode {
-    /// All kinds, in the order of their codes.
-    pub const ALL: [Self; 37] = [
-        Self::Syntax,
-        Self::Key,
-        Self::Parameter,
-        Self::Name,
-        Self::Kind,
-        Self::Ends,
-        Self::Circle,
-        Self::TwoSources,
-        Self::Service,
-        Self::Second,
-        Self::PastGate,
-        Self::TimeSource,
-        Self::OtherAgent,
-        Self::Library,
-        Self::Value,
-        Self::Attachment,
-        Self::Hardware,
-        Self::Feature,
-        Self::Setting,
-        Self::NoAgent,
-        Self::WhichAgent,
-        Self::Silent,
-        Self::Version,
-        Self::OneWriter,
-        Self::Linked,
-        Self::Messages,
-        Self::Held,
-        Self::RunOver,
-        Self::Loose,
-        Self::SwitchedOff,
-        Self::OtherRobot,
-        Self::Unguarded,
-        Self::WideLimits,
-        Self::EmptyRobot,
-        Self::UnusedPlugin,
-        Self::Unrecorded,
-        Self::PartialLimits,
-    ];
-
-    /// Code of the kind; it is never used for another kind.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::Syntax => "S001",
-            Self::Key => "S002",
-            Self::Parameter => "S003",
-            Self::Name => "S004",
-            Self::Kind => "S005",
-            Self::Ends => "S006",
-            Self::Circle => "S007",
-            Self::TwoSources => "S008",
-            Self::Service => "S009",
-            Self::Second => "S010",
-            Self::PastGate => "S011",
-            Self::TimeSource => "S012",
-            Self::OtherAgent => "S013",
-            Self::Library => "S014",
-            Self::Value => "S015",
-            Self::Attachment => "S016",
-            Self::Hardware => "S017",
-            Self::Feature => "S018",
-            Self::Setting => "S019",
-            Self::NoAgent => "S101",
-            Self::WhichAgent => "S102",
-            Self::Silent => "S103",
-            Self::Version => "S104",
-            Self::OneWriter => "S105",
-            Self::Linked => "S106",
-            Self::Messages => "S107",
-            Self::Held => "S108",
-            Self::RunOver => "S109",
-            Self::Loose => "S201",
-            Self::SwitchedOff => "S202",
-            Self::OtherRobot => "S203",
-            Self::Unguarded => "S204",
-            Self::WideLimits => "S205",
-            Self::EmptyRobot => "S206",
-            Self::UnusedPlugin => "S207",
-            Self::Unrecorded => "S208",
-            Self::PartialLimits => "S209",
-        }
-    }
-
     /// Returns the kind of a code.
     pub fn from_code(code: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|error_code| error_code.code().eq_ignore_ascii_case(code))
+        Self::ALL.iter().copied().find(|error_code| error_code.code().eq_ignore_ascii_case(code))
     }
 
     /// Returns the explanation of the kind.
@@ -239,7 +176,7 @@ mod tests {
 
     #[test]
     fn each_kind_has_a_code_and_an_explanation_of_its_own() {
-        for (error_code, explanation) in ErrorCode::ALL.into_iter().zip(EXPLANATIONS) {
+        for (error_code, explanation) in ErrorCode::ALL.iter().copied().zip(EXPLANATIONS) {
             assert_eq!(explanation.error_code, error_code, "the order of the explanations");
             assert!(explanation.text.len() > 60, "{}", error_code.code());
             assert_eq!(error_code.explanation().map(|own| own.title), Some(explanation.title));

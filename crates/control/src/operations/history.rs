@@ -10,7 +10,7 @@ use slate_blackboard::{Access, BoardError};
 use slate_runtime::recording::{History, HistoryRequest, Left, RecordingRefusal};
 
 use super::shape;
-use super::values::{SELECTION, own_path, url};
+use super::values::{POINTER, SELECT, own_path, url};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::operation::{Operation, OperationRequest, Parameter};
@@ -44,8 +44,8 @@ pub(super) const READ: Operation = Operation::get(
             doc: "Maximum number of values, spread evenly, the last one included; 1000 unless given. 1 returns the value at `to`.",
             schema: || json!({ "type": "integer", "minimum": 1, "maximum": MAX_LIMIT }),
         },
-        SELECTION[0],
-        SELECTION[1],
+        POINTER,
+        SELECT,
     ]).answers(|| {
         shape::object(&[
             ("values", shape::list(shape::reading())),

@@ -59,7 +59,7 @@ pub(super) const NOTE: Operation = Operation::post(
 const LOG_TAIL: &str = "log/tail";
 
 /// Levels, the most important one first.
-const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
+const LEVELS: &[&str] = &["error", "warn", "info", "debug", "trace"];
 
 pub(super) fn lines(
     surface: &Arc<ControlSurface>,

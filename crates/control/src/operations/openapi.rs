@@ -84,7 +84,7 @@ fn example(operation: &Operation, part: &str, surface: &ControlSurface) -> Optio
 }
 
 /// Responses of refused operations, common to all.
-const PROBLEMS: [(&str, &str); 5] = [
+const PROBLEMS: &[(&str, &str)] = &[
     ("401", "Missing or unknown token."),
     ("403", "The role is not sufficient, or the request comes from a foreign page."),
     ("429", "Too many requests, or too many wrong tokens."),
@@ -97,7 +97,7 @@ fn responses(status: &str, done: Json) -> Json {
         json!({ "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } } });
     let mut responses = json!({ status: done });
     for (status, description) in PROBLEMS {
-        responses[status] = json!({ "description": description, "content": problem });
+        responses[*status] = json!({ "description": description, "content": problem });
     }
     responses
 }

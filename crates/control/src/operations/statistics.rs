@@ -92,7 +92,7 @@ pub(super) fn metrics(
         let _ = writeln!(text, "slate_module_working{{module=\"{}\"}} {working}", module.name);
     }
     type Count = fn(&slate_runtime::ModuleStatus) -> u64;
-    let counts: [(&str, Count); 3] = [
+    let counts: &[(&str, Count)] = &[
         ("slate_module_ticks_total", |module| module.ticks),
         ("slate_module_misses_total", |module| module.misses),
         ("slate_module_panics_total", |module| module.panics),

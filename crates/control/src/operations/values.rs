@@ -23,13 +23,14 @@ use crate::surface::ControlSurface;
 const FORMAT: Parameter = Parameter {
     name: "format",
     doc: "Format of the answer, for clients that can't set `Accept`.",
-    schema: || json!({ "enum": ["json", "text", "png", "jpeg", "mjpeg", "events"] }),
+    schema: || json!({ "enum": ValueForm::names() }),
 };
 
-pub(super) const SELECTION: [Parameter; 2] = [
-    Parameter { name: "pointer", doc: "Part of the value, as JSON Pointer.", schema: shape::text },
-    Parameter { name: "select", doc: "Parts of the value, as JSONPath; a list.", schema: shape::text },
-];
+pub(super) const POINTER: Parameter =
+    Parameter { name: "pointer", doc: "Part of the value, as JSON Pointer.", schema: shape::text };
+
+pub(super) const SELECT: Parameter =
+    Parameter { name: "select", doc: "Parts of the value, as JSONPath; a list.", schema: shape::text };
 
 pub(super) const READ: Operation = Operation::get(
     "/slate/{agent}/{path}",
@@ -40,8 +41,8 @@ pub(super) const READ: Operation = Operation::get(
 .pace(Pace::Prompt)
 .parameters(&[
     FORMAT,
-    SELECTION[0],
-    SELECTION[1],
+    POINTER,
+    SELECT,
     Parameter { name: "bare", doc: "Only the value, without sequence and time.", schema: shape::flag },
     Parameter {
         name: "rate",
@@ -70,8 +71,8 @@ pub(super) const QUEUE: Operation = Operation::get(
 )
 .pace(Pace::Prompt)
 .parameters(&[
-    SELECTION[0],
-    SELECTION[1],
+    POINTER,
+    SELECT,
     Parameter { name: "after", doc: "Only entries after this sequence number.", schema: shape::count },
     Parameter { name: "limit", doc: "Maximum number; 1000 unless given.", schema: shape::count },
 ])
@@ -105,7 +106,7 @@ enum ValueForm {
 }
 
 impl ValueForm {
-    const ALL: [(Self, &'static str, &'static str); 6] = [
+    const ALL: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Json, "json", "application/json"),
         (Self::Text, "text", "text/plain"),
         (Self::Png, "png", "image/png"),
@@ -114,13 +115,17 @@ impl ValueForm {
         (Self::Events, "events", "text/event-stream"),
     ];
 
+    fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|(_, name, _)| *name).collect()
+    }
+
     /// Returns the form that `format` or `Accept` name.
     /// `picture` is true if the property is an image.
     fn of(request: &OperationRequest, picture: bool) -> Result<Self, Problem> {
         if let Some(name) = request.query.get("format") {
             let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
-            let help = "expected json, text, png, jpeg, mjpeg or events";
-            return found.ok_or_else(|| Problem::bad(format!("`format` is `{name}`"), help));
+            let help = || format!("expected one of {}", Self::names().join(", "));
+            return found.ok_or_else(|| Problem::bad(format!("`format` is `{name}`"), help()));
         }
         let wanted = request.accept.split(',').map(|kind| kind.split(';').next().unwrap_or_default().trim());
         let mut wanted = wanted.filter(|kind| !kind.is_empty()).peekable();

@@ -51,7 +51,7 @@ fn unknown_name_is_refused_with_nearest_names() {
 }
 
 /// What takes a URL of this agent: an operation, what a request has before the URL and after it, and its body.
-const WITH_URL: [(&str, &str, &str, &str); 15] = [
+const WITH_URL: &[(&str, &str, &str, &str)] = &[
     ("properties", "/properties?pattern=", "", ""),
     ("read", "/slate/AGENT/", "?bare", ""),
     ("write", "/slate/AGENT/", "/first?dry_run", "3.0"),
@@ -71,7 +71,7 @@ const WITH_URL: [(&str, &str, &str, &str); 15] = [
 
 /// Operations with such arguments that mean something else: patterns of recordings are those of `properties`, values are saved
 /// of another agent by a whole URL, and paths of settings have dots.
-const OTHERS: [&str; 4] = ["start_recording", "save_values", "settings", "revert"];
+const OTHERS: &[&str] = &["start_recording", "save_values", "settings", "revert"];
 
 /// The arguments of an operation: parts of its path, parameters and fields of its body.
 fn arguments(operation: &slate_control::Operation) -> Vec<String> {
@@ -91,13 +91,13 @@ fn a_url_means_the_same_with_and_without_a_slash() {
         arguments(operation).iter().any(|argument| urls.contains(&argument.as_str()))
     };
     let all = slate_control::operations::OPERATIONS;
-    let mut named: Vec<_> = WITH_URL.iter().map(|(name, ..)| *name).chain(OTHERS).collect();
+    let mut named: Vec<_> = WITH_URL.iter().map(|(name, ..)| name).chain(OTHERS).copied().collect();
     let mut taking: Vec<_> = all.iter().filter(|one| takes_url(one)).map(|one| one.name).collect();
     named.sort_unstable();
     taking.sort_unstable();
     assert_eq!(named, taking, "each operation that takes a URL is tried here");
 
-    for (name, before, after, body) in WITH_URL {
+    for &(name, before, after, body) in WITH_URL {
         let operation = slate_control::operations::by_name(name).unwrap();
         let url = match name {
             "switch" | "log" => "teller",
