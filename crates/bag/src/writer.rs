@@ -199,7 +199,8 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Closes the open chunk, and repeats definitions behind it, so that its damage takes no other chunk with it.
+    /// Closes the open chunk, and repeats definitions behind it.
+    /// Damage of one chunk then leaves the others readable.
     ///
     /// # Errors
     /// When it can't be written.

@@ -39,7 +39,8 @@ impl Jobs {
     }
 }
 
-/// Work of a job; `None` if it lost the token. Its result is in a slot, so that jobs are all of one type.
+/// Work of a job, which returns `None` if it lost the token.
+/// Its result goes into a slot, so that jobs are all of one type.
 type Work = Box<dyn FnOnce(&SharedLoop) -> Option<()> + Send>;
 
 /// Module whose code did not return.
