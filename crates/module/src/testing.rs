@@ -5,6 +5,7 @@ mod tick_result;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Interface, View};
@@ -14,7 +15,7 @@ use crate::{
     Delivery, Description, Direction, Entry, Flags, Frame, Host, Instance, Module, PortCursor, PortSlot,
     Random, Refusal, Setup, Tick,
 };
-use services::Provision;
+use services::{Provided, Provision};
 pub use tick_result::TickResult;
 
 /// Test fixture of a module with its ports: set inputs, tick, read outputs.
@@ -42,6 +43,8 @@ struct FixtureMemory {
     messages: Vec<Vec<u128>>,
     /// Aspect: whether the test has provided it.
     is_provided: bool,
+    /// Aspect: the service of another fixture that it uses.
+    provided: Option<Rc<Provided>>,
     /// Provider: its provided service.
     provider: Option<Box<Provision>>,
     /// Outbox: how messages fared, by their numbers.
@@ -86,6 +89,7 @@ impl<M: Module> Fixture<M> {
                     priority: 0,
                     messages: Vec::new(),
                     is_provided: false,
+                    provided: None,
                     provider: (port.direction == Direction::Provider).then(Provision::new),
                     deliveries: BTreeMap::new(),
                 }

@@ -99,7 +99,7 @@ struct InOrder;
 impl Policy for InOrder {
     fn next(&mut self, place: &LoopPlace) -> Option<usize> {
         let next = place.after().map_or(0, |after| after + 1);
-        (next < place.stage_count).then_some(next)
+        (next < place.stage_count()).then_some(next)
     }
 }
 

@@ -43,7 +43,7 @@ impl Policy for Halving {
         if place.cycle % 2 == 1 && Some(next) == place.find("SensorProcess") {
             next += 1;
         }
-        (next < place.stage_count).then_some(next)
+        (next < place.stage_count()).then_some(next)
     }
 }
 

@@ -206,7 +206,6 @@ fn execute_alone_acts_by_services() {
 
 /// A service of a module.
 #[repr(C)]
-#[derive(Clone, Copy)]
 pub struct Camera {
     picture: u64,
 }

@@ -1,72 +1,70 @@
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::call_with_sink;
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
 
-/// Actuators of the agent by name: gate states, stops and commands.
-/// It commands those whose configuration names this module, `modules = ["behavior"]`. In a robot `r2` the name
-/// `wheels` means `r2/wheels`, if that exists.
-///
-/// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
-/// offered to the gate when the tick has ended well, and must be renewed in each tick, else it ends with the first tick
-/// that doesn't; so it does when the module fails, hangs, waits, is switched off or unloaded. For the lease it is one
-/// more commander: see the gate's rules in slate-safety.
-///
-/// ```
-/// use slate_module::aspect::{Actuators, Aspect};
-/// use slate_module::prelude::*;
-///
-/// /// A speed of a motor.
-/// #[interface]
-/// pub struct Speed {
-///     /// Radians per second.
-///     #[unit("rad/s")] pub speed: f64,
-/// }
-///
-/// #[ports]
-/// pub struct Io {
-///     temperature: Required<Speed>,
-///     actuators: Aspect<Actuators>,
-/// }
-///
-/// /// Runs the fan while it is warm, and stops everything when it is hot.
-/// pub struct Warden;
-///
-/// #[module(stage = Act)]
-/// impl Module for Warden {
-///     type Io = Io;
-///     type Params = ();
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
-///         if io.temperature.speed > 80.0 {
-///             io.actuators.stop_all("too hot");
-///         } else if io.temperature.speed > 60.0 {
-///             if let Err(reason) = io.actuators.offer("fan", Priority::Plan, &Speed { speed: 30.0 }) {
-///                 now.warn(format_args!("{reason}"));
-///                 return Outcome::Degraded;
-///             }
-///         }
-///         Outcome::Ok
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Actuators {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Lists the actuators, a line each.
-    pub names: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
-    /// Returns the state of an actuator's gate; the sink gets the lease's holder.
-    pub state: unsafe extern "C" fn(*mut (), Bytes, *mut ActuatorState, *const Sink) -> i32,
-    /// Stops an actuator, or all for an empty name, with that reason.
-    pub stop: unsafe extern "C" fn(*mut (), Bytes, Bytes, *const Sink) -> i32,
-    /// Offers a command of that schema and priority to an actuator.
-    pub offer: unsafe extern "C" fn(*mut (), Bytes, u64, u32, Bytes, *const Sink) -> i32,
+call_table! {
+    /// Actuators of the agent by name: gate states, stops and commands.
+    /// It commands those whose configuration names this module, `modules = ["behavior"]`. In a robot `r2` the name
+    /// `wheels` means `r2/wheels`, if that exists.
+    ///
+    /// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
+    /// offered to the gate when the tick has ended well, and must be renewed in each tick, else it ends with the first
+    /// tick that doesn't; so it does when the module fails, hangs, waits, is switched off or unloaded. For the lease it
+    /// is one more commander: see the gate's rules in slate-safety.
+    ///
+    /// ```
+    /// use slate_module::aspect::{Actuators, Aspect};
+    /// use slate_module::prelude::*;
+    ///
+    /// /// A speed of a motor.
+    /// #[interface]
+    /// pub struct Speed {
+    ///     /// Radians per second.
+    ///     #[unit("rad/s")] pub speed: f64,
+    /// }
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     temperature: Required<Speed>,
+    ///     actuators: Aspect<Actuators>,
+    /// }
+    ///
+    /// /// Runs the fan while it is warm, and stops everything when it is hot.
+    /// pub struct Warden;
+    ///
+    /// #[module(stage = Act)]
+    /// impl Module for Warden {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
+    ///         if io.temperature.speed > 80.0 {
+    ///             io.actuators.stop_all("too hot");
+    ///         } else if io.temperature.speed > 60.0 {
+    ///             if let Err(reason) = io.actuators.offer("fan", Priority::Plan, &Speed { speed: 30.0 }) {
+    ///                 now.warn(format_args!("{reason}"));
+    ///                 return Outcome::Degraded;
+    ///             }
+    ///         }
+    ///         Outcome::Ok
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Actuators {
+        /// Lists the actuators, a line each.
+        fn names(*const Sink) -> i32;
+        /// Returns the state of an actuator's gate; the sink gets the lease's holder.
+        fn state(Bytes, *mut ActuatorState, *const Sink) -> i32;
+        /// Stops an actuator, or all for an empty name, with that reason.
+        fn stop(Bytes, Bytes, *const Sink) -> i32;
+        /// Offers a command of that schema and priority to an actuator.
+        fn offer(Bytes, u64, u32, Bytes, *const Sink) -> i32;
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
@@ -145,8 +143,8 @@ impl Actuators {
     }
 
     /// Stops an actuator at once, and not only at the end of the tick.
-    /// It gets its safe command until an operator resets and arms it, which no module can. It stays stopped also when this
-    /// tick then fails.
+    /// It gets its safe command until an operator resets and arms it, which no module can. It stays stopped also when
+    /// this tick then fails.
     ///
     /// # Errors
     /// When there is no such actuator.

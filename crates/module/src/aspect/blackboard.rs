@@ -3,32 +3,30 @@ use std::marker::PhantomData;
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, portable};
 
-/// Access to properties chosen at run time, by path and interface.
-/// Links are better for everything that configuration can say.
-///
-/// Values read are the same during a whole tick, and values written are visible after it. The handles belong to the
-/// host: a path is opened at its first use, and closed with the module.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct BlackBoard {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Reads the newest value of a path of that schema; [`ABSENT`] if none exists.
-    pub read: unsafe extern "C" fn(*mut (), Bytes, u64, *mut PropertyValue, *const Sink) -> i32,
-    /// Writes a path.
-    /// The interface is only read when the path is opened, and may be left out before that, for which the answer is
-    /// [`DESCRIBE`].
-    pub write: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, Bytes, usize, *const Sink) -> i32,
-    /// Lists the paths that match a pattern, a line each.
-    /// Only those of that schema, or all for 0.
-    pub matching: unsafe extern "C" fn(*mut (), Bytes, u64, *const Sink) -> i32,
-    /// Returns the next event of the properties that match a pattern.
-    /// Events count from its first use on.
-    pub event: unsafe extern "C" fn(*mut (), Bytes, *mut BoardEvent, *const Sink) -> i32,
+call_table! {
+    /// Access to properties chosen at run time, by path and interface.
+    /// Links are better for everything that configuration can say.
+    ///
+    /// Values read are the same during a whole tick, and values written are visible after it. The handles belong to the
+    /// host: a path is opened at its first use, and closed with the module.
+    pub struct BlackBoard {
+        /// Reads the newest value of a path of that schema; [`ABSENT`] if none exists.
+        fn read(Bytes, u64, *mut PropertyValue, *const Sink) -> i32;
+        /// Writes a path.
+        /// The interface is only read when the path is opened, and may be left out before that, for which the answer is
+        /// [`DESCRIBE`].
+        fn write(Bytes, u64, Bytes, Bytes, usize, *const Sink) -> i32;
+        /// Lists the paths that match a pattern, a line each.
+        /// Only those of that schema, or all for 0.
+        fn matching(Bytes, u64, *const Sink) -> i32;
+        /// Returns the next event of the properties that match a pattern.
+        /// Events count from its first use on.
+        fn event(Bytes, *mut BoardEvent, *const Sink) -> i32;
+    }
 }
 
 /// Absence of a property, or of an event.

@@ -1,61 +1,59 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::Level;
 use crate::table::Bytes;
 
-/// Settings of the log; writing to the log needs no aspect.
-///
-/// ```
-/// use slate_module::Level;
-/// use slate_module::aspect::{Aspect, Logger};
-/// use slate_module::prelude::*;
-///
-/// #[ports]
-/// pub struct Io {
-///     logger: Aspect<Logger>,
-///     /// Whether something went wrong.
-///     alarm: Required<Alarm>,
-/// }
-///
-/// /// Whether something went wrong.
-/// #[interface]
-/// pub struct Alarm {
-///     /// Whether it did.
-///     pub on: Bool,
-/// }
-///
-/// /// Lets the planner tell more while something is wrong.
-/// pub struct Attention;
-///
-/// #[module(stage = WorldState)]
-/// impl Module for Attention {
-///     type Io = Io;
-///     type Params = ();
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
-///         if io.alarm.is_new() {
-///             let level = if io.alarm.on.get() { Level::Debug } else { Level::Info };
-///             io.logger.set_level(Some("planner"), level);
-///         }
-///         Outcome::Ok
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Logger {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Returns the level of a module.
-    pub level: unsafe extern "C" fn(*mut (), Bytes) -> u32,
-    /// Sets the level of a module, after the tick.
-    /// An empty name sets all modules that have no level of their own.
-    pub set_level: unsafe extern "C" fn(*mut (), Bytes, u32),
-    /// Returns the number of lines dropped.
-    pub dropped: unsafe extern "C" fn(*mut ()) -> u64,
+call_table! {
+    /// Settings of the log; writing to the log needs no aspect.
+    ///
+    /// ```
+    /// use slate_module::Level;
+    /// use slate_module::aspect::{Aspect, Logger};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     logger: Aspect<Logger>,
+    ///     /// Whether something went wrong.
+    ///     alarm: Required<Alarm>,
+    /// }
+    ///
+    /// /// Whether something went wrong.
+    /// #[interface]
+    /// pub struct Alarm {
+    ///     /// Whether it did.
+    ///     pub on: Bool,
+    /// }
+    ///
+    /// /// Lets the planner tell more while something is wrong.
+    /// pub struct Attention;
+    ///
+    /// #[module(stage = WorldState)]
+    /// impl Module for Attention {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+    ///         if io.alarm.is_new() {
+    ///             let level = if io.alarm.on.get() { Level::Debug } else { Level::Info };
+    ///             io.logger.set_level(Some("planner"), level);
+    ///         }
+    ///         Outcome::Ok
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Logger {
+        /// Returns the level of a module.
+        fn level(Bytes) -> u32;
+        /// Sets the level of a module, after the tick.
+        /// An empty name sets all modules that have no level of their own.
+        fn set_level(Bytes, u32);
+        /// Returns the number of lines dropped.
+        fn dropped() -> u64;
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.

@@ -3,29 +3,27 @@ use std::time::Duration;
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, Stage};
 
-/// Main loop of the agent, whose stages or order a module may take over.
-/// It replaces the loop while the agent runs, but never owns the loop's thread.
-///
-/// One module of an agent has it. When that gives it back, fails, hangs, is switched off, reloaded or unloaded, the
-/// stages of before follow one another again from the next cycle on.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct MainLoop {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Takes the loop with that many stages and a policy; the sink gets a refusal.
-    /// In any case the policy is the host's from then on, which ends it when it is no longer needed.
-    pub take: unsafe extern "C" fn(*mut (), *const StageTable, usize, PolicyTable, *const Sink) -> i32,
-    /// Takes the loop with a policy over the stages that the agent has.
-    pub take_with_policy: unsafe extern "C" fn(*mut (), PolicyTable),
-    /// Gives the loop back.
-    pub give_back: unsafe extern "C" fn(*mut ()),
-    /// Returns 1 if this module has the loop, or has requested it.
-    pub is_held: unsafe extern "C" fn(*mut ()) -> i32,
+call_table! {
+    /// Main loop of the agent, whose stages or order a module may take over.
+    /// It replaces the loop while the agent runs, but never owns the loop's thread.
+    ///
+    /// One module of an agent has it. When that gives it back, fails, hangs, is switched off, reloaded or unloaded, the
+    /// stages of before follow one another again from the next cycle on.
+    pub struct MainLoop {
+        /// Takes the loop with that many stages and a policy; the sink gets a refusal.
+        /// In any case the policy is the host's from then on, which ends it when it is no longer needed.
+        fn take(*const StageTable, usize, PolicyTable, *const Sink) -> i32;
+        /// Takes the loop with a policy over the stages that the agent has.
+        fn take_with_policy(PolicyTable);
+        /// Gives the loop back.
+        fn give_back();
+        /// Returns 1 if this module has the loop, or has requested it.
+        fn is_held() -> i32;
+    }
 }
 
 /// Stage of the loop, as the host reads it during a call.
@@ -68,16 +66,16 @@ pub struct PolicyTable {
 
 /// Position of the main loop, for a policy.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct LoopPlace {
     /// Names of the stages, in order.
-    pub stages: *const Bytes,
+    stages: *const Bytes,
     /// Number of stages.
-    pub stage_count: usize,
+    stage_count: usize,
     /// Stage that has ended; -1 at the beginning of a cycle.
-    pub after: i32,
+    after: i32,
     /// Reserved.
-    pub reserved: u32,
+    reserved: u32,
     /// Agent's time, ns.
     pub now: u64,
     /// Counts cycles from 1.
@@ -91,6 +89,21 @@ unsafe impl Service for MainLoop {
 }
 
 impl LoopPlace {
+    /// Returns the place after a stage, by its index.
+    /// `None` is the beginning of a cycle. `now` is the agent's time, ns; `cycle` counts from 1.
+    ///
+    /// # Safety
+    /// The names and their bytes are readable and unchanged as long as the place exists.
+    pub unsafe fn new(stages: &[Bytes], after: Option<usize>, now: u64, cycle: u64) -> Self {
+        let after = after.and_then(|after| i32::try_from(after).ok()).unwrap_or(-1);
+        Self { stages: stages.as_ptr(), stage_count: stages.len(), after, reserved: 0, now, cycle }
+    }
+
+    /// Returns the number of stages.
+    pub fn stage_count(&self) -> usize {
+        self.stage_count
+    }
+
     /// Returns the index of the stage of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         (0..self.stage_count).find(|index| {
@@ -158,8 +171,8 @@ impl MainLoop {
     /// Takes the loop with these stages and a policy, unless this tick fails.
     /// `policy` selects the next of them.
     ///
-    /// In lockstep that holds from the next cycle on. On the wall clock the plan for the stages is made beside the loop,
-    /// and holds some cycles later; until then all is as before.
+    /// In lockstep that holds from the next cycle on. On the wall clock the plan for the stages is made beside the
+    /// loop, and holds some cycles later; until then all is as before.
     ///
     /// # Errors
     /// When each of the ten stages of modules is not in exactly one of these, or a name can't be one or comes twice.

@@ -11,7 +11,6 @@
 //!
 //! /// Measures illuminance.
 //! #[repr(C)]
-//! #[derive(Clone, Copy)]
 //! pub struct LightMeter {
 //!     context: *const f64,
 //!     read: unsafe extern "C" fn(*const f64) -> f64,
@@ -81,6 +80,7 @@
 mod actuators;
 mod answer;
 mod blackboard;
+mod call_table;
 mod logger;
 mod main_loop;
 mod network;
@@ -92,12 +92,15 @@ mod time_source;
 mod transforms;
 
 use std::marker::PhantomData;
+use std::mem::ManuallyDrop;
 use std::ops::Deref;
 
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use actuators::{ActuatorState, Actuators};
 pub use answer::{PENDING, RequestAnswer};
+use call_table::call_table;
+
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue, Sample, call_with_sink};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};
@@ -117,8 +120,20 @@ use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 /// The type is `repr(C)`, its layout and the meaning of its calls are fixed by the name in [`DESCRIPTOR`]
 /// (change the version in it with them), and its calls may be made from any thread.
 ///
+/// Safe code can't make a table with other calls: its fields are private, and a constructor that takes them is unsafe.
+/// A table that is `Clone` or `Copy` must be valid also after the tick in which a port has lent it.
+///
+/// ```compile_fail,E0451
+/// use slate_module::aspect::TimeSource;
+///
+/// unsafe extern "C" fn next(_: *mut (), _: u64) -> i32 {
+///     0
+/// }
+/// TimeSource { context: std::ptr::null_mut(), next }.set_next(1);
+/// ```
+///
 /// [`DESCRIPTOR`]: Service::DESCRIPTOR
-pub unsafe trait Service: Copy + 'static {
+pub unsafe trait Service: Sized + 'static {
     /// Name and version, made by [`service`].
     const DESCRIPTOR: &'static Descriptor;
 }
@@ -232,6 +247,8 @@ impl<S: Service> Provider<S> {
             let _ = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || drop(owner)));
         }
         let (table, owner) = (self.table(), Box::into_raw(Box::new(owner)).cast());
+        // It goes on in the host's copy.
+        let service = ManuallyDrop::new(service);
         // SAFETY: the host copies the table and calls `end` once.
         unsafe {
             (table.provide)(table.context, (&raw const service).cast(), size_of::<S>(), owner, end::<O>)

@@ -1,95 +1,85 @@
 use slate_blackboard::interface::{Descriptor, Text};
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
 
-/// Sockets that the host owns and closes with the module. No call waits.
-///
-/// A socket is named by its address, as with the blackboard's paths: it is opened at its first use, and stays open. So a
-/// module keeps nothing of it in its state. Addresses are texts such as `192.168.0.7:9000` or
-/// `[::1]:9000`; only [`connect`](Network::connect) takes a name in place of the number.
-///
-/// Data of a tick is sent at the end of the tick, unless it fails. Received data is that of the present moment of the
-/// wall clock, also in lockstep: a run that receives data can be repeated only if that was recorded, so write it to an
-/// output.
-///
-/// ```
-/// use slate_module::aspect::{Aspect, Network};
-/// use slate_module::prelude::*;
-///
-/// #[ports]
-/// pub struct Io {
-///     network: Aspect<Network>,
-/// }
-///
-/// #[params]
-/// pub struct Params {
-///     #[param(default = "0.0.0.0:9000", doc = "where it listens")]
-///     address: Text<64>,
-/// }
-///
-/// /// Sends every datagram back.
-/// pub struct Echo;
-///
-/// impl Echo {
-///     fn serve(io: &Io, params: &Params) -> Result<(), Refusal> {
-///         let socket = io.network.udp(params.address.as_str())?;
-///         let mut buffer = [0; 1500];
-///         while let Some((length, from)) = socket.receive(&mut buffer)? {
-///             socket.send(from.as_str(), &buffer[..length])?;
-///         }
-///         Ok(())
-///     }
-/// }
-///
-/// #[module(stage = SensorAcquire)]
-/// impl Module for Echo {
-///     type Io = Io;
-///     type Params = Params;
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, params: &Params, now: &Tick) -> Outcome {
-///         if let Err(reason) = Echo::serve(io, params) {
-///             now.warn(format_args!("{reason}"));
-///             return Outcome::Degraded;
-///         }
-///         Outcome::Ok
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Network {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Opens a UDP socket at that address.
-    pub udp: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// Connects to that address; [`ABSENT`] while it is not connected.
-    pub connect: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// Opens a listener at that address.
-    pub listen: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
-    /// Returns a listener's connection by index; [`ABSENT`] behind the last one.
-    pub accepted: unsafe extern "C" fn(*mut (), u64, usize, *mut u64) -> i32,
-    /// Sends bytes to an address, which is left out for a connection.
-    pub send: unsafe extern "C" fn(*mut (), u64, Bytes, Bytes, *const Sink) -> i32,
-    /// Receives data into a buffer, with its length; [`ABSENT`] if none has come.
-    /// For a datagram, also the sender's address.
-    pub receive: unsafe extern "C" fn(
-        *mut (),
-        u64,
-        *mut u8,
-        usize,
-        *mut usize,
-        *mut NetworkAddress,
-        *const Sink,
-    ) -> i32,
-    /// Returns the own address of a socket, or the peer's.
-    pub address: unsafe extern "C" fn(*mut (), u64, bool, *mut NetworkAddress, *const Sink) -> i32,
-    /// Closes a socket, after the pending data was sent.
-    pub close: unsafe extern "C" fn(*mut (), u64),
+call_table! {
+    /// Sockets that the host owns and closes with the module. No call waits.
+    ///
+    /// A socket is named by its address, as with the blackboard's paths: it is opened at its first use, and stays open.
+    /// So a module keeps nothing of it in its state. Addresses are texts such as `192.168.0.7:9000` or `[::1]:9000`;
+    /// only [`connect`](Network::connect) takes a name in place of the number.
+    ///
+    /// Data of a tick is sent at the end of the tick, unless it fails. Received data is that of the present moment of
+    /// the wall clock, also in lockstep: a run that receives data can be repeated only if that was recorded, so write
+    /// it to an output.
+    ///
+    /// ```
+    /// use slate_module::aspect::{Aspect, Network};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     network: Aspect<Network>,
+    /// }
+    ///
+    /// #[params]
+    /// pub struct Params {
+    ///     #[param(default = "0.0.0.0:9000", doc = "where it listens")]
+    ///     address: Text<64>,
+    /// }
+    ///
+    /// /// Sends every datagram back.
+    /// pub struct Echo;
+    ///
+    /// impl Echo {
+    ///     fn serve(io: &Io, params: &Params) -> Result<(), Refusal> {
+    ///         let socket = io.network.udp(params.address.as_str())?;
+    ///         let mut buffer = [0; 1500];
+    ///         while let Some((length, from)) = socket.receive(&mut buffer)? {
+    ///             socket.send(from.as_str(), &buffer[..length])?;
+    ///         }
+    ///         Ok(())
+    ///     }
+    /// }
+    ///
+    /// #[module(stage = SensorAcquire)]
+    /// impl Module for Echo {
+    ///     type Io = Io;
+    ///     type Params = Params;
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, params: &Params, now: &Tick) -> Outcome {
+    ///         if let Err(reason) = Echo::serve(io, params) {
+    ///             now.warn(format_args!("{reason}"));
+    ///             return Outcome::Degraded;
+    ///         }
+    ///         Outcome::Ok
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Network {
+        /// Opens a UDP socket at that address.
+        fn udp(Bytes, *mut u64, *const Sink) -> i32;
+        /// Connects to that address; [`ABSENT`] while it is not connected.
+        fn connect(Bytes, *mut u64, *const Sink) -> i32;
+        /// Opens a listener at that address.
+        fn listen(Bytes, *mut u64, *const Sink) -> i32;
+        /// Returns a listener's connection by index; [`ABSENT`] behind the last one.
+        fn accepted(u64, usize, *mut u64) -> i32;
+        /// Sends bytes to an address, which is left out for a connection.
+        fn send(u64, Bytes, Bytes, *const Sink) -> i32;
+        /// Receives data into a buffer, with its length; [`ABSENT`] if none has come.
+        /// For a datagram, also the sender's address.
+        fn receive(u64, *mut u8, usize, *mut usize, *mut NetworkAddress, *const Sink) -> i32;
+        /// Returns the own address of a socket, or the peer's.
+        fn address(u64, bool, *mut NetworkAddress, *const Sink) -> i32;
+        /// Closes a socket, after the pending data was sent.
+        fn close(u64);
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.

@@ -1,61 +1,59 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{RequestAnswer, Service, service};
+use super::{RequestAnswer, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 
-/// Loads, unloads and reloads the plugins of the agent.
-///
-/// A tick makes a request and never waits: a thread of the host executes it between two cycles, and a later tick reads
-/// the answer. The moment does not depend on the agent's time, so it is not reproducible in lockstep.
-///
-/// ```
-/// use slate_module::aspect::{Aspect, PluginAnswer, Plugins};
-/// use slate_module::prelude::*;
-///
-/// #[ports]
-/// pub struct Io {
-///     plugins: Aspect<Plugins>,
-/// }
-///
-/// /// Loads the arm's drivers when they are needed first.
-/// pub struct ArmKeeper;
-///
-/// #[module(stage = Think)]
-/// impl Module for ArmKeeper {
-///     type Io = Io;
-///     type Params = ();
-///     type State = Option<u64>; // the request
-///
-///     fn tick(request: &mut Option<u64>, io: &Io, _: &(), now: &Tick) -> Outcome {
-///         match request.map(|number| io.plugins.answer(number)) {
-///             None => *request = Some(io.plugins.load("arm")),
-///             Some(PluginAnswer::Refused(reason)) => {
-///                 now.warn(format_args!("no arm: {reason}"));
-///                 return Outcome::Degraded;
-///             }
-///             Some(_) => {}
-///         }
-///         Outcome::Ok
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Plugins {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Requests a change of a plugin after the tick; returns the request's number.
-    /// The change is [`Plugins::LOAD`] or another one.
-    pub request: unsafe extern "C" fn(*mut (), u32, Bytes) -> u64,
-    /// Returns the answer to a request, with a text.
-    /// It is [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or [`ABSENT`](super::ABSENT)
-    /// for an unknown request.
-    pub answer: unsafe extern "C" fn(*mut (), u64, *const Sink) -> i32,
-    /// Lists the plugins, a line each: name, version, `1` if loaded else `0`.
-    /// Tabs separate them.
-    pub list: unsafe extern "C" fn(*mut (), *const Sink),
+call_table! {
+    /// Loads, unloads and reloads the plugins of the agent.
+    ///
+    /// A tick makes a request and never waits: a thread of the host executes it between two cycles, and a later tick
+    /// reads the answer. The moment does not depend on the agent's time, so it is not reproducible in lockstep.
+    ///
+    /// ```
+    /// use slate_module::aspect::{Aspect, PluginAnswer, Plugins};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     plugins: Aspect<Plugins>,
+    /// }
+    ///
+    /// /// Loads the arm's drivers when they are needed first.
+    /// pub struct ArmKeeper;
+    ///
+    /// #[module(stage = Think)]
+    /// impl Module for ArmKeeper {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = Option<u64>; // the request
+    ///
+    ///     fn tick(request: &mut Option<u64>, io: &Io, _: &(), now: &Tick) -> Outcome {
+    ///         match request.map(|number| io.plugins.answer(number)) {
+    ///             None => *request = Some(io.plugins.load("arm")),
+    ///             Some(PluginAnswer::Refused(reason)) => {
+    ///                 now.warn(format_args!("no arm: {reason}"));
+    ///                 return Outcome::Degraded;
+    ///             }
+    ///             Some(_) => {}
+    ///         }
+    ///         Outcome::Ok
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Plugins {
+        /// Requests a change of a plugin after the tick; returns the request's number.
+        /// The change is [`Plugins::LOAD`] or another one.
+        fn request(u32, Bytes) -> u64;
+        /// Returns the answer to a request, with a text.
+        /// It is [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), or
+        /// [`ABSENT`](super::ABSENT) for an unknown request.
+        fn answer(u64, *const Sink) -> i32;
+        /// Lists the plugins, a line each: name, version, `1` if loaded else `0`.
+        /// Tabs separate them.
+        fn list(*const Sink);
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.

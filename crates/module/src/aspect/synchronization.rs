@@ -1,51 +1,49 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
 
-/// Synchronization points of the module and of threads outside the main loop.
-///
-/// A tick emits and looks; it never waits. A thread of the module waits with
-/// [`Stop::wait_for`](super::Stop::wait_for).
-///
-/// ```
-/// use slate_module::aspect::{Aspect, Synchronization};
-/// use slate_module::prelude::*;
-///
-/// #[ports]
-/// pub struct Io {
-///     synchronization: Aspect<Synchronization>,
-/// }
-///
-/// /// Says that it has done its work once more.
-/// pub struct Beat;
-///
-/// #[module(stage = Act)]
-/// impl Module for Beat {
-///     type Io = Io;
-///     type Params = ();
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
-///         match io.synchronization.emit("/beat") {
-///             Ok(()) => Outcome::Ok,
-///             Err(_) => Outcome::Failed,
-///         }
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Synchronization {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Emits a point after the tick.
-    pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
-    /// Returns the number of emits of a point.
-    pub count: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+call_table! {
+    /// Synchronization points of the module and of threads outside the main loop.
+    ///
+    /// A tick emits and looks; it never waits. A thread of the module waits with
+    /// [`Stop::wait_for`](super::Stop::wait_for).
+    ///
+    /// ```
+    /// use slate_module::aspect::{Aspect, Synchronization};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     synchronization: Aspect<Synchronization>,
+    /// }
+    ///
+    /// /// Says that it has done its work once more.
+    /// pub struct Beat;
+    ///
+    /// #[module(stage = Act)]
+    /// impl Module for Beat {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+    ///         match io.synchronization.emit("/beat") {
+    ///             Ok(()) => Outcome::Ok,
+    ///             Err(_) => Outcome::Failed,
+    ///         }
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Synchronization {
+        /// Emits a point after the tick.
+        fn emit(Bytes, *const Sink) -> i32;
+        /// Returns the number of emits of a point.
+        fn count(Bytes, *mut u64, *const Sink) -> i32;
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.

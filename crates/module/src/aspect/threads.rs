@@ -5,86 +5,85 @@ use std::time::Duration;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::panics::{discard, panic_message};
 use crate::table::{Bytes, DONE, PANICKED, Sink};
 use crate::{Level, Refusal};
 
-/// Threads of the module, for blocking devices and long computations.
-/// A long computation is one that takes more than a cycle.
-///
-/// The host makes each thread, gives it its name and the agent's time, and requests it to stop when its module is
-/// unloaded, exchanges its code, panics, or the agent ends. A thread that does not stop within the timeout `[loop] hang`
-/// keeps its module from being unloaded. Tick and thread pass values to each other through a bounded ring
-/// each way, without waiting for one another; a thread never sees ports, parameters or state.
-///
-/// A thread is not part of the reproducible results of a run in lockstep; the log reports that when one starts there.
-///
-/// ```
-/// use std::time::Duration;
-///
-/// use slate_module::aspect::{Aspect, Stop, Threads};
-/// use slate_module::prelude::*;
-///
-/// /// A distance.
-/// #[interface]
-/// pub struct Distance {
-///     /// Meters.
-///     #[unit("m")]
-///     pub value: f64,
-/// }
-///
-/// #[ports]
-/// pub struct Io {
-///     threads: Aspect<Threads>,
-///     distance: Output<Distance>,
-/// }
-///
-/// /// Reads a range finder that answers when it likes.
-/// pub struct RangeFinder;
-///
-/// #[module(stage = SensorAcquire)]
-/// impl Module for RangeFinder {
-///     type Io = Io;
-///     type Params = ();
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
-///         if !io.threads.is_running("reader") {
-///             let reader = |stop: &Stop| {
-///                 while stop.wait(Duration::from_millis(10)) {
-///                     let value = 1.5; // from the device
-///                     // Without room the value is lost, and a newer one comes soon.
-///                     let _ = stop.send(&Distance { value });
-///                 }
-///             };
-///             if io.threads.spawn("reader", reader).is_err() {
-///                 return Outcome::Failed;
-///             }
-///         }
-///         while let Ok(Some(distance)) = io.threads.receive::<Distance>("reader") {
-///             io.distance.set(distance);
-///         }
-///         Outcome::Ok
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Threads {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Starts a thread of that name after the tick, with rings of a size in bytes.
-    pub spawn: unsafe extern "C" fn(*mut (), Bytes, usize, ThreadBody, *const Sink) -> i32,
-    /// Returns a [`ThreadState`].
-    pub state: unsafe extern "C" fn(*mut (), Bytes) -> u32,
-    /// Requests a thread to stop.
-    pub stop: unsafe extern "C" fn(*mut (), Bytes),
-    /// Sends a value of that schema to a thread; [`FULL`] if there is no room.
-    pub send: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, *const Sink) -> i32,
-    /// Receives a thread's next value, of that schema and size; [`ABSENT`] if none.
-    pub receive: unsafe extern "C" fn(*mut (), Bytes, u64, *mut u8, usize, *const Sink) -> i32,
+call_table! {
+    /// Threads of the module, for blocking devices and long computations.
+    /// A long computation is one that takes more than a cycle.
+    ///
+    /// The host makes each thread, gives it its name and the agent's time, and requests it to stop when its module is
+    /// unloaded, exchanges its code, panics, or the agent ends. A thread that does not stop within the timeout `[loop]
+    /// hang` keeps its module from being unloaded. Tick and thread pass values to each other through a bounded ring
+    /// each way, without waiting for one another; a thread never sees ports, parameters or state.
+    ///
+    /// A thread is not part of the reproducible results of a run in lockstep; the log reports that when one starts
+    /// there.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    ///
+    /// use slate_module::aspect::{Aspect, Stop, Threads};
+    /// use slate_module::prelude::*;
+    ///
+    /// /// A distance.
+    /// #[interface]
+    /// pub struct Distance {
+    ///     /// Meters.
+    ///     #[unit("m")]
+    ///     pub value: f64,
+    /// }
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     threads: Aspect<Threads>,
+    ///     distance: Output<Distance>,
+    /// }
+    ///
+    /// /// Reads a range finder that answers when it likes.
+    /// pub struct RangeFinder;
+    ///
+    /// #[module(stage = SensorAcquire)]
+    /// impl Module for RangeFinder {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+    ///         if !io.threads.is_running("reader") {
+    ///             let reader = |stop: &Stop| {
+    ///                 while stop.wait(Duration::from_millis(10)) {
+    ///                     let value = 1.5; // from the device
+    ///                     // Without room the value is lost, and a newer one comes soon.
+    ///                     let _ = stop.send(&Distance { value });
+    ///                 }
+    ///             };
+    ///             if io.threads.spawn("reader", reader).is_err() {
+    ///                 return Outcome::Failed;
+    ///             }
+    ///         }
+    ///         while let Ok(Some(distance)) = io.threads.receive::<Distance>("reader") {
+    ///             io.distance.set(distance);
+    ///         }
+    ///         Outcome::Ok
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Threads {
+        /// Starts a thread of that name after the tick, with rings of a size in bytes.
+        fn spawn(Bytes, usize, ThreadBody, *const Sink) -> i32;
+        /// Returns a [`ThreadState`].
+        fn state(Bytes) -> u32;
+        /// Requests a thread to stop.
+        fn stop(Bytes);
+        /// Sends a value of that schema to a thread; [`FULL`] if there is no room.
+        fn send(Bytes, u64, Bytes, *const Sink) -> i32;
+        /// Receives a thread's next value, of that schema and size; [`ABSENT`] if none.
+        fn receive(Bytes, u64, *mut u8, usize, *const Sink) -> i32;
+    }
 }
 
 /// Lack of room at present.
@@ -225,29 +224,27 @@ impl Threads {
     }
 }
 
-/// Host side of a thread: stop request, time, log, and exchange with the ticks.
-#[repr(C)]
-#[derive(Debug)]
-pub struct Stop {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Returns 1 when the thread must stop.
-    pub is_set: unsafe extern "C" fn(*mut ()) -> i32,
-    /// Sleeps for a number of ns, or until an event; 0 when the thread must stop.
-    pub wait: unsafe extern "C" fn(*mut (), u64) -> i32,
-    /// Returns the agent's time, ns.
-    pub now: unsafe extern "C" fn(*mut ()) -> u64,
-    /// Logs a text, at a [`Level`].
-    pub log: unsafe extern "C" fn(*mut (), u32, Bytes),
-    /// Sends a value of that schema to the tick; [`FULL`] if there is no room.
-    pub send: unsafe extern "C" fn(*mut (), u64, Bytes, *const Sink) -> i32,
-    /// Receives the tick's next value, of that schema and size; [`ABSENT`] if none.
-    pub receive: unsafe extern "C" fn(*mut (), u64, *mut u8, usize, *const Sink) -> i32,
-    /// Emits a synchronization point.
-    pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
-    /// Waits for further emits of a synchronization point; returns their number.
-    /// Arguments are the point, the number already seen and the limit, ns; [`ABSENT`] after the limit.
-    pub wait_for: unsafe extern "C" fn(*mut (), Bytes, u64, u64, *mut u64, *const Sink) -> i32,
+call_table! {
+    /// Host side of a thread: stop request, time, log, and exchange with the ticks.
+    pub struct Stop {
+        /// Returns 1 when the thread must stop.
+        fn is_set() -> i32;
+        /// Sleeps for a number of ns, or until an event; 0 when the thread must stop.
+        fn wait(u64) -> i32;
+        /// Returns the agent's time, ns.
+        fn now() -> u64;
+        /// Logs a text, at a [`Level`].
+        fn log(u32, Bytes);
+        /// Sends a value of that schema to the tick; [`FULL`] if there is no room.
+        fn send(u64, Bytes, *const Sink) -> i32;
+        /// Receives the tick's next value, of that schema and size; [`ABSENT`] if none.
+        fn receive(u64, *mut u8, usize, *const Sink) -> i32;
+        /// Emits a synchronization point.
+        fn emit(Bytes, *const Sink) -> i32;
+        /// Waits for further emits of a synchronization point; returns their number.
+        /// Arguments are the point, the number already seen and the limit, ns; [`ABSENT`] after the limit.
+        fn wait_for(Bytes, u64, u64, *mut u64, *const Sink) -> i32;
+    }
 }
 
 impl Stop {

@@ -1,16 +1,14 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::{Service, service};
+use super::{Service, call_table, service};
 
-/// Clock of the agent, set by the module that `[time] source` names.
-/// In each tick it sets the time of the next cycle.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct TimeSource {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Sets the time of the next cycle, ns; false if it is before the present one.
-    pub next: unsafe extern "C" fn(*mut (), u64) -> i32,
+call_table! {
+    /// Clock of the agent, set by the module that `[time] source` names.
+    /// In each tick it sets the time of the next cycle.
+    pub struct TimeSource {
+        /// Sets the time of the next cycle, ns; false if it is before the present one.
+        fn next(u64) -> i32;
+    }
 }
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.

@@ -3,75 +3,73 @@ use std::ops::Mul;
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, service};
+use super::{Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, math};
 
-/// Transforms between frames, now or some seconds ago: a frame tree with time.
-/// It reads all properties of the interface `Transform` (of slate-interfaces) on the agent's blackboard.
-///
-/// Frames are named as in ROS's REP-105, such as `map`, `odom` and `base_link`. A module publishes
-/// the pose of a frame in its parent with an ordinary `Output<Transform>`. A tick sees the transforms written before it
-/// began. The frames of a removed property keep their last pose.
-///
-/// ```
-/// use slate_module::aspect::{Aspect, Transforms};
-/// use slate_module::prelude::*;
-///
-/// /// A place that a laser sees.
-/// #[interface]
-/// pub struct Place {
-///     /// Meters, ahead.
-///     #[unit("m")] pub x: f64,
-///     /// Meters, to the left.
-///     #[unit("m")] pub y: f64,
-/// }
-///
-/// #[ports]
-/// pub struct Io {
-///     seen: Required<Place>,
-///     on_the_map: Output<Place>,
-///     transforms: Aspect<Transforms>,
-/// }
-///
-/// /// Tells where on the map something is that the laser sees.
-/// pub struct Locator;
-///
-/// #[module(stage = SensorProcess)]
-/// impl Module for Locator {
-///     type Io = Io;
-///     type Params = ();
-///     type State = ();
-///
-///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
-///         match io.transforms.lookup("map", "laser", io.seen.stamp().time) {
-///             Ok(laser) => {
-///                 let [x, y, _] = laser.point([io.seen.x, io.seen.y, 0.0]);
-///                 io.on_the_map.set(Place { x, y });
-///                 Outcome::Ok
-///             }
-///             Err(reason) => {
-///                 now.warn(format_args!("{reason}"));
-///                 Outcome::Degraded
-///             }
-///         }
-///     }
-/// }
-/// # fn main() {}
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Transforms {
-    /// Context, passed to each call.
-    pub context: *mut (),
-    /// Returns the pose of the second frame in the first one at a time, ns.
-    /// [`LATEST`] is the newest time at which it is known.
-    pub lookup: unsafe extern "C" fn(*mut (), Bytes, Bytes, u64, *mut RigidTransform, *const Sink) -> i32,
-    /// Returns the newest time at which a frame is known in another one, ns.
-    /// [`ABSENT`] if neither moves in the other.
-    pub latest_common_time: unsafe extern "C" fn(*mut (), Bytes, Bytes, *mut u64, *const Sink) -> i32,
-    /// Lists all frames, a line each.
-    pub frames: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
+call_table! {
+    /// Transforms between frames, now or some seconds ago: a frame tree with time.
+    /// It reads all properties of the interface `Transform` (of slate-interfaces) on the agent's blackboard.
+    ///
+    /// Frames are named as in ROS's REP-105, such as `map`, `odom` and `base_link`. A module publishes
+    /// the pose of a frame in its parent with an ordinary `Output<Transform>`. A tick sees the transforms written
+    /// before it began. The frames of a removed property keep their last pose.
+    ///
+    /// ```
+    /// use slate_module::aspect::{Aspect, Transforms};
+    /// use slate_module::prelude::*;
+    ///
+    /// /// A place that a laser sees.
+    /// #[interface]
+    /// pub struct Place {
+    ///     /// Meters, ahead.
+    ///     #[unit("m")] pub x: f64,
+    ///     /// Meters, to the left.
+    ///     #[unit("m")] pub y: f64,
+    /// }
+    ///
+    /// #[ports]
+    /// pub struct Io {
+    ///     seen: Required<Place>,
+    ///     on_the_map: Output<Place>,
+    ///     transforms: Aspect<Transforms>,
+    /// }
+    ///
+    /// /// Tells where on the map something is that the laser sees.
+    /// pub struct Locator;
+    ///
+    /// #[module(stage = SensorProcess)]
+    /// impl Module for Locator {
+    ///     type Io = Io;
+    ///     type Params = ();
+    ///     type State = ();
+    ///
+    ///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
+    ///         match io.transforms.lookup("map", "laser", io.seen.stamp().time) {
+    ///             Ok(laser) => {
+    ///                 let [x, y, _] = laser.point([io.seen.x, io.seen.y, 0.0]);
+    ///                 io.on_the_map.set(Place { x, y });
+    ///                 Outcome::Ok
+    ///             }
+    ///             Err(reason) => {
+    ///                 now.warn(format_args!("{reason}"));
+    ///                 Outcome::Degraded
+    ///             }
+    ///         }
+    ///     }
+    /// }
+    /// # fn main() {}
+    /// ```
+    pub struct Transforms {
+        /// Returns the pose of the second frame in the first one at a time, ns.
+        /// [`LATEST`] is the newest time at which it is known.
+        fn lookup(Bytes, Bytes, u64, *mut RigidTransform, *const Sink) -> i32;
+        /// Returns the newest time at which a frame is known in another one, ns.
+        /// [`ABSENT`] if neither moves in the other.
+        fn latest_common_time(Bytes, Bytes, *mut u64, *const Sink) -> i32;
+        /// Lists all frames, a line each.
+        fn frames(*const Sink) -> i32;
+    }
 }
 
 /// Value of a time for the newest one.

@@ -1,5 +1,7 @@
 //! Services in a fixture.
 
+use std::rc::Rc;
+
 use super::Fixture;
 use crate::aspect::{ProviderTable, Service};
 use crate::{Direction, Module};
@@ -7,10 +9,11 @@ use crate::{Direction, Module};
 /// Substitute of the host behind a provider's port.
 pub(super) struct Provision {
     table: ProviderTable,
-    provided: Option<Provided>,
+    provided: Option<Rc<Provided>>,
 }
 
-struct Provided {
+/// Provided service with its owner.
+pub(super) struct Provided {
     table: Vec<u128>,
     owner: *mut (),
     end: unsafe extern "C" fn(*mut ()),
@@ -52,7 +55,7 @@ unsafe extern "C" fn provide(
     // SAFETY: the module passes a table of that size; the context is a provision, which waits for its tick.
     let old = unsafe {
         words.as_mut_ptr().cast::<u8>().copy_from_nonoverlapping(table, size);
-        (*context.cast::<Provision>()).provided.replace(Provided { table: words, owner, end })
+        (*context.cast::<Provision>()).provided.replace(Rc::new(Provided { table: words, owner, end }))
     };
     drop(old);
 }
@@ -64,7 +67,6 @@ unsafe extern "C" fn withdraw(context: *mut ()) {
 
 impl<M: Module> Fixture<M> {
     /// Provides a service that the module needs, from its next tick on.
-    /// The data of the service's context must live as long as the fixture uses it.
     ///
     /// # Panics
     /// When the module has no such port, or it needs another service.
@@ -75,19 +77,36 @@ impl<M: Module> Fixture<M> {
         // SAFETY: the memory has room for it.
         unsafe { memory.words.as_mut_ptr().cast::<S>().write(service) };
         memory.is_provided = true;
+        memory.provided = None;
+    }
+
+    /// Provides the service of another fixture's module, from the next tick on.
+    /// It stays valid here also when that module withdraws it.
+    ///
+    /// # Panics
+    /// When a module has no such port, it is one of another service, or nothing is provided there.
+    pub fn provide_from<S: Service>(&mut self, port: &str, provider: &Fixture<impl Module>, offered: &str) {
+        let index = self.service::<S>(port, Direction::Aspect, "needs");
+        let Some(provided) = provider.provided_at::<S>(offered) else { absent(offered, S::DESCRIPTOR.name) };
+        let memory = &mut self.memory[index];
+        memory.words.clone_from(&provided.table);
+        memory.is_provided = true;
+        memory.provided = Some(Rc::clone(provided));
     }
 
     /// Returns the service that the module provides at a port.
-    /// `None` before it provides one, or after it has withdrawn it. The service must not be used after that, nor after
-    /// the fixture.
+    /// `None` before it provides one, or after it has withdrawn it.
     ///
     /// # Panics
     /// When the module has no such port, or it provides another service.
-    pub fn provided<S: Service>(&self, port: &str) -> Option<S> {
+    pub fn provided<S: Service>(&self, port: &str) -> Option<&S> {
+        // SAFETY: the port has provided a service of this type, which its owner keeps until a later tick.
+        self.provided_at::<S>(port).map(|provided| unsafe { &*provided.table.as_ptr().cast::<S>() })
+    }
+
+    fn provided_at<S: Service>(&self, port: &str) -> Option<&Rc<Provided>> {
         let memory = &self.memory[self.service::<S>(port, Direction::Provider, "provides")];
-        let provided = memory.provider.as_ref()?.provided.as_ref()?;
-        // SAFETY: the port has provided a service of this type.
-        Some(unsafe { provided.table.as_ptr().cast::<S>().read() })
+        memory.provider.as_ref()?.provided.as_ref()
     }
 
     fn service<S: Service>(&self, port: &str, direction: Direction, verb: &str) -> usize {
@@ -113,6 +132,11 @@ impl<M: Module> Fixture<M> {
             not_provided(&port.name, port.descriptor.name);
         }
     }
+}
+
+#[allow(clippy::panic, reason = "a test's error ends the test")]
+fn absent(port: &str, service: &str) -> ! {
+    panic!("port `{port}` provides no {service}: tick its fixture until it does")
 }
 
 #[allow(clippy::panic, reason = "a test's error ends the test")]

@@ -11,7 +11,7 @@ use crate::camera::{Cameras, Seat};
 
 /// Service of cameras' newest pictures, without copies and without locks.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Vision {
     context: *const Cameras,
     capture: unsafe extern "C" fn(*const Cameras, Bytes, *mut Captured, *const Sink) -> i32,
@@ -35,8 +35,11 @@ unsafe impl Service for Vision {
 }
 
 impl Vision {
-    /// Returns the service of cameras, which its owner keeps.
-    pub(crate) fn new(cameras: &Arc<Cameras>) -> Self {
+    /// Returns the service of cameras.
+    ///
+    /// # Safety
+    /// The owner that is provided with it keeps the cameras.
+    pub(crate) unsafe fn new(cameras: &Arc<Cameras>) -> Self {
         Self { context: Arc::as_ptr(cameras), capture, release }
     }
 

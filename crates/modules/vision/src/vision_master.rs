@@ -87,7 +87,9 @@ impl Module for VisionMaster {
             // Threads of cameras that are forgotten end, and new ones of their names begin after that.
             (0..CAMERAS).for_each(|number| io.threads.stop(&thread_name(number)));
             let cameras = Arc::new(Cameras::default());
-            io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
+            // SAFETY: the owner beside it keeps the cameras.
+            let vision = unsafe { Vision::new(&cameras) };
+            io.vision.provide(vision, Arc::clone(&cameras));
             OpenCameras { cameras, drivers: Vec::new(), states: Vec::new(), shown: [0; SHOWN] }
         });
         let cameras = Arc::clone(&open.cameras);
@@ -185,7 +187,8 @@ impl OpenCameras {
     /// Publishes new pictures of the first cameras.
     fn show(&mut self, io: &VisionMasterIo) {
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
-        let vision = Vision::new(&self.cameras);
+        // SAFETY: the cameras stay during this call.
+        let vision = unsafe { Vision::new(&self.cameras) };
         for ((camera, image), shown) in self.cameras.iter().zip(images).zip(&mut self.shown) {
             let Ok(Some(picture)) = vision.capture(camera.text()) else { continue };
             let number = picture.stamp().sequence;

@@ -59,7 +59,9 @@ impl Module for VisionPlayer {
         }
         let cameras = Arc::clone(state.cameras.get_or_insert_with(|| {
             let cameras = Arc::new(Cameras::default());
-            io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
+            // SAFETY: the owner beside it keeps the cameras.
+            let vision = unsafe { Vision::new(&cameras) };
+            io.vision.provide(vision, Arc::clone(&cameras));
             state.shown = (0..CAMERAS).map(|_| ImageOutput::default()).collect();
             cameras
         }));

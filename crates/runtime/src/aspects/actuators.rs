@@ -9,7 +9,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_sorted::SortedMap;
 
 use super::calls::{self, say};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::actuators::{Actuator, ActuatorList};
 use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
@@ -66,16 +66,17 @@ unsafe impl Send for ActuatorService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
     let held = Arc::<CommandedActuators>::default();
-    let work = Box::new(UnsafeCell::new(ActuatorCalls {
-        table: Actuators { context: std::ptr::null_mut(), names, state, stop, offer },
-        list: Arc::clone(&service_context.actuators),
-        module: Arc::clone(module),
-        known: SortedMap::new(),
-        held: Arc::clone(&held),
-        now: 0,
-    }));
-    // SAFETY: it is not shared yet.
-    unsafe { (*work.get()).table.context = work.get().cast() };
+    let work = in_place(|context| {
+        UnsafeCell::new(ActuatorCalls {
+            // SAFETY: the context is the work, in which the table stays; these are its calls.
+            table: unsafe { Actuators::new(context, names, state, stop, offer) },
+            list: Arc::clone(&service_context.actuators),
+            module: Arc::clone(module),
+            known: SortedMap::new(),
+            held: Arc::clone(&held),
+            now: 0,
+        })
+    });
     Box::new(ActuatorService { work, held })
 }
 

@@ -12,7 +12,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_sorted::SortedMap;
 
 use super::calls::{every_path, say, text};
-use super::{HostService, ServiceContext, followed, hash};
+use super::{HostService, ServiceContext, followed, hash, in_place};
 use slate_engine::digest::Digest;
 use slate_engine::runner::AlignedMemory;
 
@@ -55,8 +55,9 @@ struct OpenWriter {
 unsafe impl Send for BlackboardService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(BlackboardService {
-        table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
+    in_place(|context| BlackboardService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { BlackBoard::new(context, read, write, matching, event) },
         board: Arc::clone(&service_context.board),
         module: Arc::clone(module),
         readers: SortedMap::new(),
@@ -64,9 +65,7 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         observers: SortedMap::new(),
         changes: service_context.board.observe(&every_path(), EVENTS, None),
         tick: 1,
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for BlackboardService {

@@ -7,7 +7,7 @@ use slate_module::aspect;
 use slate_module::table::Bytes;
 
 use super::calls::text;
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::digest::Digest;
 use slate_engine::log::Logger;
 
@@ -22,13 +22,12 @@ struct LoggerService {
 unsafe impl Send for LoggerService {}
 
 pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(LoggerService {
-        table: aspect::Logger { context: std::ptr::null_mut(), level, set_level, dropped },
+    in_place(|context| LoggerService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { aspect::Logger::new(context, level, set_level, dropped) },
         logger: Arc::clone(&service_context.logger),
         changes: Vec::new(),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for LoggerService {

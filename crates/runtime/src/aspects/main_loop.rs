@@ -8,7 +8,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_module::{ModuleKind, Stage};
 
 use super::calls::{say, text};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_configuration::{Schedule, ScheduledStage};
 use slate_engine::digest::Digest;
 
@@ -42,14 +42,8 @@ impl LoopPolicy for ModulePolicy {
     fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize> {
         self.names.clear();
         self.names.extend(place.stages.iter().map(|name| Bytes::of(name)));
-        let seen = LoopPlace {
-            reserved: 0,
-            stages: self.names.as_ptr(),
-            stage_count: self.names.len(),
-            after: place.after.and_then(|after| i32::try_from(after).ok()).unwrap_or(-1),
-            now: place.now,
-            cycle: place.cycle,
-        };
+        // SAFETY: the names stay unchanged until the place is gone.
+        let seen = unsafe { LoopPlace::new(&self.names, place.after, place.now, place.cycle) };
         // SAFETY: the policy was not ended, and the place lives during the call.
         let next = unsafe { (self.table.next)(self.table.owner, &raw const seen) };
         if next == PANICKED {
@@ -79,15 +73,14 @@ struct LoopService {
 unsafe impl Send for LoopService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(LoopService {
-        table: MainLoop { context: std::ptr::null_mut(), take, take_with_policy, give_back, is_held },
+    in_place(|context| LoopService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { MainLoop::new(context, take, take_with_policy, give_back, is_held) },
         takeovers: Arc::clone(&service_context.takeovers),
         takeover: service_context.takeovers.add(module),
         kind: None,
         requested: None,
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for LoopService {

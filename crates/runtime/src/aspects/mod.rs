@@ -82,6 +82,13 @@ pub(crate) fn service(
     Some(make(service_context, module))
 }
 
+/// Makes a service, whose table has the address of the service as its context.
+fn in_place<S>(make: impl FnOnce(*mut ()) -> S) -> Box<S> {
+    let mut place = Box::<S>::new_uninit();
+    let context = place.as_mut_ptr().cast();
+    Box::write(place, make(context))
+}
+
 /// Returns a hash of a path for the digest, in place of an output's number.
 /// Properties opened at run time have no order.
 fn hash(path: &str) -> u32 {

@@ -10,7 +10,7 @@ use slate_module::table::{Bytes, Sink};
 
 use super::calls::{say, text};
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::digest::Digest;
 
 /// Changes the plugins of an agent for its modules.
@@ -101,17 +101,16 @@ struct PluginService {
 unsafe impl Send for PluginService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(PluginService {
-        table: Plugins { context: std::ptr::null_mut(), request, answer, list },
+    in_place(|context| PluginService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { Plugins::new(context, request, answer, list) },
         module: Arc::clone(module),
         control: Arc::clone(&service_context.plugins),
         requests: service_context.plugins.requests(),
         book: RequestBook::new(),
         seen: 0,
         list: "".into(),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for PluginService {

@@ -9,7 +9,7 @@ use slate_module::table::{Bytes, Sink};
 
 use super::calls::text;
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::digest::Digest;
 use slate_engine::main_loop::RequestedChanges;
 
@@ -102,14 +102,13 @@ struct SettingsService {
 unsafe impl Send for SettingsService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(SettingsService {
-        table: Settings { context: std::ptr::null_mut(), request, answer },
+    in_place(|context| SettingsService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { Settings::new(context, request, answer) },
         module: Arc::clone(module),
         control: Arc::clone(&service_context.settings),
         book: RequestBook::new(),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for SettingsService {

@@ -8,7 +8,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_sorted::SortedMap;
 
 use super::calls::{name, say};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::digest::Digest;
 use slate_engine::synchronization::{Emitter, Point, PointError, Synchronization};
 
@@ -31,15 +31,14 @@ struct OpenEmitter {
 unsafe impl Send for SynchronizationService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(SynchronizationService {
-        table: aspect::Synchronization { context: std::ptr::null_mut(), emit, count },
+    in_place(|context| SynchronizationService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { aspect::Synchronization::new(context, emit, count) },
         synchronization: Arc::clone(&service_context.synchronization),
         module: Arc::clone(module),
         emitters: SortedMap::new(),
         points: SortedMap::new(),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for SynchronizationService {

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use slate_module::aspect;
 
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use slate_engine::clock::TimeSource;
 use slate_engine::digest::Digest;
 
@@ -58,15 +58,13 @@ struct TimeService {
 unsafe impl Send for TimeService {}
 
 pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
-    let table = aspect::TimeSource { context: std::ptr::null_mut(), next };
-    let mut service = Box::new(TimeService {
-        table,
+    in_place(|context| TimeService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { aspect::TimeSource::new(context, next) },
         place: Arc::clone(&service_context.time),
         now: 0,
         answered_at: NOTHING,
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for TimeService {

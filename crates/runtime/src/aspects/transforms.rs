@@ -13,7 +13,7 @@ use slate_sorted::SortedMap;
 use slate_transforms::{FrameTree, SetError};
 
 use super::calls::{every_path, name, say};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 
 /// Most events of the board that wait for a module.
 /// Beyond that it looks at all properties again.
@@ -65,17 +65,16 @@ enum Unused {
 unsafe impl Send for TransformService {}
 
 pub(super) fn make(service_context: &ServiceContext, _: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(TransformService {
-        table: Transforms { context: std::ptr::null_mut(), lookup, latest_common_time, frames },
+    in_place(|context| TransformService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { Transforms::new(context, lookup, latest_common_time, frames) },
         board: Arc::clone(&service_context.board),
         frames: FrameTree::default(),
         sources: SortedMap::new(),
         changes: service_context.board.observe(&every_path(), EVENTS, None),
         missed: None,
         unused: None,
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for TransformService {

@@ -60,6 +60,24 @@ fn a_test_uses_what_a_module_provides() {
 }
 
 #[test]
+fn a_fixture_keeps_a_service_of_another_one() {
+    let watch = Watch::of(45);
+    let mut params = <<Meter as slate_module::Module>::Params as Default>::default();
+    params.withdraw(45, 2);
+    let mut meter = Fixture::<Meter>::with(params).unwrap();
+    meter.tick();
+    let mut lamp = Fixture::<Lamp>::new();
+    lamp.provide_from::<LightMeter>("light", &meter, "light");
+    meter.tick();
+    drop(meter);
+    assert_eq!(watch.counts(), (1, 0), "the lamp uses it");
+    lamp.tick();
+    assert_eq!(lamp.output::<Number>("brightness"), Some(Number { value: 1.0 }));
+    drop(lamp);
+    assert_eq!(watch.counts(), (1, 1));
+}
+
+#[test]
 fn a_module_may_need_and_provide() {
     let light = Light::new(7.0, Duration::ZERO, Watch::of(44));
     let mut filter = Fixture::<Filter>::new();

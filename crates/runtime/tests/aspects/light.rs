@@ -16,8 +16,8 @@ use crate::aspects::common::Number;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct LightMeter {
-    pub context: *const Light,
-    pub read: unsafe extern "C" fn(*const Light) -> f64,
+    context: *const Light,
+    read: unsafe extern "C" fn(*const Light) -> f64,
 }
 
 // SAFETY: plain C data; reading is possible from any thread.

@@ -6,9 +6,14 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use super::super::calls::{name, say};
 use super::{ModuleSocketKind, NetworkService, ReceivedBytes};
 
-/// Table of the calls, without a service yet.
-pub(super) const TABLE: Network =
-    Network { context: std::ptr::null_mut(), udp, connect, listen, accepted, send, receive, address, close };
+/// Returns the table of the calls of a service.
+///
+/// # Safety
+/// The context is a [`NetworkService`], which the module's tick uses alone and which stays as long as the table.
+pub(super) const unsafe fn table(context: *mut ()) -> Network {
+    // SAFETY: passed on to the caller.
+    unsafe { Network::new(context, udp, connect, listen, accepted, send, receive, address, close) }
+}
 
 fn shown(address: &SocketAddr) -> NetworkAddress {
     NetworkAddress::new(&address.to_string())

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use slate_module::aspect::{Network, SOCKET_LIMIT};
 use slate_sorted::SortedMap;
 
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use connection::{Attempt, ModuleConnection};
 use datagrams::DatagramSocket;
 use slate_engine::digest::Digest;
@@ -65,16 +65,15 @@ enum ReceivedBytes {
 unsafe impl Send for NetworkService {}
 
 pub(super) fn make(_: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(NetworkService {
-        table: calls::TABLE,
+    in_place(|context| NetworkService {
+        // SAFETY: the context is the service, in which the table stays.
+        table: unsafe { calls::table(context) },
         sockets: SortedMap::new(),
         named: SortedMap::new(),
         opened: 0,
         now: 0,
         index: super::hash(&format!("{module} network")),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for NetworkService {

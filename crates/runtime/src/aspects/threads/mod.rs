@@ -12,7 +12,7 @@ use slate_module::table::{Bytes, DONE, Sink};
 use slate_sorted::SortedMap;
 
 use super::calls::{name, text};
-use super::{HostService, ServiceContext};
+use super::{HostService, ServiceContext, in_place};
 use registry::ThreadGroup;
 pub(crate) use registry::{AbandonedThread, Closed, ThreadRegistry};
 use ring::{RingInlet, RingOutlet, ring};
@@ -58,8 +58,9 @@ struct TickThread {
 unsafe impl Send for ThreadService {}
 
 pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(ThreadService {
-        table: Threads { context: std::ptr::null_mut(), spawn, state, stop, send, receive },
+    in_place(|context| ThreadService {
+        // SAFETY: the context is the service, in which the table stays; these are its calls.
+        table: unsafe { Threads::new(context, spawn, state, stop, send, receive) },
         module: Arc::clone(module),
         registry: Arc::clone(&service_context.threads),
         group: service_context.threads.group(module),
@@ -69,9 +70,7 @@ pub(super) fn make(service_context: &ServiceContext, module: &Arc<str>) -> Box<d
         kind: None,
         threads: SortedMap::new(),
         requested: SortedMap::new(),
-    });
-    service.table.context = (&raw mut *service).cast();
-    service
+    })
 }
 
 impl HostService for ThreadService {

@@ -140,7 +140,8 @@ impl ThreadParts {
             emitters: SortedMap::new(),
         };
         let context = (&raw mut side).cast();
-        let stop = Stop { context, is_set, wait, now, log: write, send, receive, emit, wait_for };
+        // SAFETY: the context is this thread's side, which outlives the table; these are its calls.
+        let stop = unsafe { Stop::new(context, is_set, wait, now, write, send, receive, emit, wait_for) };
         let code = body.run(&stop);
         drop(side);
         // The library may go now.
