@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
+use slate_module::aspect::ServiceDescription;
 use slate_module::{ModuleKind, Plugin};
 use slate_sorted::{SortedMap, SortedSet};
 
@@ -29,7 +30,7 @@ pub struct Catalogue {
     /// Support for JPEG compression of these values.
     pub has_jpeg: bool,
     /// Services of the host.
-    pub services: Vec<&'static Descriptor>,
+    pub services: Vec<ServiceDescription>,
     /// Function that asks a kind for its ports and parameters.
     pub describe: Describe,
     /// Function that makes an instance of a kind on trial.

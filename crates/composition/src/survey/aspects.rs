@@ -1,9 +1,6 @@
 //! Services that modules need, and their providers.
 
-use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{
-    Actuators, BlackBoard, MainLoop, Network, Plugins, Service, Settings, TimeSource, Transforms,
-};
+use slate_module::aspect::{Effect, MainLoop, Service, TimeSource};
 use slate_module::{Description, Direction};
 use slate_sorted::SortedMap;
 
@@ -39,7 +36,7 @@ pub(super) fn survey_services(
             collector.add(module.isolated.span, message, "leave `isolated` out, or use links");
             continue;
         }
-        if catalogue.services.iter().any(|service| service.hash == descriptor.hash) {
+        if catalogue.services.iter().any(|service| service.descriptor.hash == descriptor.hash) {
             services.insert((m, p), None);
             continue;
         }
@@ -110,13 +107,21 @@ pub(super) fn check_single(
 
 /// Reports blocks with a service that bypasses the attachment rules.
 /// By such a service they could read or act without a link.
-pub(super) fn check_blocks(survey: &Survey<'_>, collector: &mut DiagnosticCollector<'_>) {
+pub(super) fn check_blocks(
+    survey: &Survey<'_>,
+    catalogue: &Catalogue,
+    collector: &mut DiagnosticCollector<'_>,
+) {
     for ((module, port), provider) in &survey.services {
         let surveyed = &survey.modules[*module];
         let Some(block) = Block::of(&surveyed.description) else { continue };
         let service = surveyed.description.ports[*port].descriptor;
         let refused = match provider {
-            None => rule_bypass(block, service.hash),
+            None => {
+                let mut services = catalogue.services.iter();
+                let found = services.find(|other| other.descriptor.hash == service.hash);
+                rule_bypass(block, found.map_or(Effect::ReadsAndWrites, |found| found.effect))
+            }
             Some((other, offered)) => {
                 let other = &survey.modules[*other];
                 let origin = Provenance::of_port(&other.description, &other.description.ports[*offered]);
@@ -137,24 +142,23 @@ pub(super) fn check_blocks(survey: &Survey<'_>, collector: &mut DiagnosticCollec
 }
 
 /// Returns the reason against a service of the host for a block, and the help.
-fn rule_bypass(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
-    let is = |descriptor: &Descriptor| descriptor.hash == service;
-    if is(BlackBoard::DESCRIPTOR) {
-        return Some(("reads and writes any property past its links", "link its ports to what it reads"));
+fn rule_bypass(block: Block, effect: Effect) -> Option<(&'static str, &'static str)> {
+    match effect {
+        Effect::None => None,
+        Effect::Reads => Some((
+            "reads properties of all modules past its links",
+            "link an `Input` to the property that it needs, such as an `Input<Transform>`",
+        )),
+        Effect::ReadsAndWrites => {
+            Some(("reads and writes any property past its links", "link its ports to what it reads"))
+        }
+        Effect::Acts => (block != Block::Execute)
+            .then_some(("acts past Execute", "let an action do it: Execute may have the service")),
+        Effect::Communicates => (!matches!(block, Block::Sensor | Block::Actuator | Block::Execute)).then_some((
+            "talks to others past its links",
+            "let a Sensor receive that, and an action send: Sensors, Actuators and Execute may have the service",
+        )),
     }
-    if is(Transforms::DESCRIPTOR) {
-        let help = "link an `Input<Transform>` to the transform that it needs";
-        return Some(("reads the transforms of all modules past its links", help));
-    }
-    let acts = [Actuators::DESCRIPTOR, Settings::DESCRIPTOR, Plugins::DESCRIPTOR].into_iter().any(is);
-    if acts && block != Block::Execute {
-        return Some(("acts past Execute", "let an action do it: Execute may have the service"));
-    }
-    let has_device = matches!(block, Block::Sensor | Block::Actuator | Block::Execute);
-    (is(Network::DESCRIPTOR) && !has_device).then_some((
-        "talks to others past its links",
-        "let a Sensor receive that, and an action send: Sensors, Actuators and Execute may have the service",
-    ))
 }
 
 /// Returns help on providers of a service.
@@ -165,7 +169,7 @@ fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String
     let offered = offered
         .filter(|port| port.direction == Direction::Provider)
         .map(|port| port.descriptor.name)
-        .chain(catalogue.services.iter().map(|service| service.name));
+        .chain(catalogue.services.iter().map(|service| service.descriptor.name));
     let all: Vec<_> = offered.collect();
     if let Some(other) = all.iter().find(|name| base(name) == base(wanted)) {
         return format!("there is `{other}`: build both with the same version");

@@ -405,7 +405,7 @@ pub fn survey<'a>(
     };
     links::survey_links(configuration, &dormant, catalogue, &mut survey, collector);
     rules::check_rules(configuration, &survey, collector);
-    aspects::check_blocks(&survey, collector);
+    aspects::check_blocks(&survey, catalogue, collector);
     // The order can only be determined when every module is known.
     if is_complete {
         survey.collect_listeners(configuration);

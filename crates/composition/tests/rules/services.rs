@@ -10,7 +10,8 @@ use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
 use slate_mapek::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 use slate_module::aspect::{
-    Actuators, Aspect, BlackBoard, Logger, Network, Plugins, Provider, Service, Settings, Transforms, service,
+    Actuators, Aspect, BlackBoard, Logger, Network, Plugins, Provider, Service, ServiceDescription, Settings,
+    Synchronization, Threads, Transforms, service,
 };
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::prelude::*;
@@ -130,7 +131,8 @@ macro_rules! repertoires {
         }
     )+};
 }
-repertoires!(Opens: BlackBoard, Frames: Transforms, Commands: Actuators, Sets: Settings, Loads: Plugins, Talks: Network, Logs: Logger);
+repertoires!(Opens: BlackBoard, Frames: Transforms, Commands: Actuators, Sets: Settings, Loads: Plugins, Talks: Network, Logs: Logger,
+    Emits: Synchronization, Waits: Threads);
 
 /// All blocks with a service but Execute, by name.
 fn blocks<S: Service>() -> [(&'static str, ModuleKind); 7] {
@@ -148,13 +150,15 @@ fn blocks<S: Service>() -> [(&'static str, ModuleKind); 7] {
 /// A robot with that one block, and other modules.
 fn check_with(kind: ModuleKind, others: &[(&str, Plugin)]) -> Result<(), String> {
     let services = [
-        BlackBoard::DESCRIPTOR,
-        Transforms::DESCRIPTOR,
-        Actuators::DESCRIPTOR,
-        Settings::DESCRIPTOR,
-        Plugins::DESCRIPTOR,
-        Network::DESCRIPTOR,
-        Logger::DESCRIPTOR,
+        ServiceDescription::of::<BlackBoard>(),
+        ServiceDescription::of::<Transforms>(),
+        ServiceDescription::of::<Actuators>(),
+        ServiceDescription::of::<Settings>(),
+        ServiceDescription::of::<Plugins>(),
+        ServiceDescription::of::<Network>(),
+        ServiceDescription::of::<Logger>(),
+        ServiceDescription::of::<Synchronization>(),
+        ServiceDescription::of::<Threads>(),
     ];
     let mut catalogue = Catalogue { services: services.into(), ..Catalogue::default() };
     catalogue.add(kind.into());
@@ -192,8 +196,10 @@ fn permitted<S: Service>(execute: ModuleKind) -> Vec<&'static str> {
 fn no_block_opens_properties_at_run_time() {
     assert_eq!(permitted::<BlackBoard>(execute::<Opens>()), <[&str; 0]>::default());
     assert_eq!(permitted::<Transforms>(execute::<Frames>()), <[&str; 0]>::default());
-    // The log carries nothing from module to module.
+    // These carry no values from module to module.
     assert_eq!(permitted::<Logger>(execute::<Logs>()).len(), 8);
+    assert_eq!(permitted::<Synchronization>(execute::<Emits>()).len(), 8);
+    assert_eq!(permitted::<Threads>(execute::<Waits>()).len(), 8);
 }
 
 #[test]

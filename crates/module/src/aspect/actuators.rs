@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::call_with_sink;
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
 
@@ -73,6 +73,10 @@ unsafe impl Service for Actuators {
         "actuators 1",
         "Looks at actuators, stops them, and commands those that are chosen at run time.",
     );
+}
+
+impl HostedService for Actuators {
+    const EFFECT: Effect = Effect::Acts;
 }
 
 /// State of an actuator's gate.

@@ -3,7 +3,7 @@ use std::marker::PhantomData;
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, portable};
 
@@ -38,6 +38,10 @@ pub const DESCRIBE: i32 = 3;
 unsafe impl Service for BlackBoard {
     const DESCRIPTOR: &'static Descriptor =
         &service("blackboard 1", "Opens properties at run time, by path and interface.");
+}
+
+impl HostedService for BlackBoard {
+    const EFFECT: Effect = Effect::ReadsAndWrites;
 }
 
 /// Value as the host shows it.

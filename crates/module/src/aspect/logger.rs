@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::Level;
 use crate::table::Bytes;
 
@@ -59,6 +59,10 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Logger {
     const DESCRIPTOR: &'static Descriptor = &service("logger 1", "Level filter of the log.");
+}
+
+impl HostedService for Logger {
+    const EFFECT: Effect = Effect::None;
 }
 
 impl Logger {

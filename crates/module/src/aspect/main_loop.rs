@@ -3,7 +3,7 @@ use std::time::Duration;
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, Stage};
 
@@ -86,6 +86,10 @@ pub struct LoopPlace {
 unsafe impl Service for MainLoop {
     const DESCRIPTOR: &'static Descriptor =
         &service("main_loop 2", "Provides the loop's stages, and selects the next one.");
+}
+
+impl HostedService for MainLoop {
+    const EFFECT: Effect = Effect::None;
 }
 
 impl LoopPlace {

@@ -81,6 +81,7 @@ mod actuators;
 mod answer;
 mod blackboard;
 mod call_table;
+mod effect;
 mod logger;
 mod main_loop;
 mod network;
@@ -102,6 +103,7 @@ pub use answer::{PENDING, RequestAnswer};
 use call_table::call_table;
 
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, PropertyValue, Sample, call_with_sink};
+pub use effect::{Effect, HostedService, ServiceDescription};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};
 pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Text};
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
 
@@ -86,6 +86,10 @@ call_table! {
 unsafe impl Service for Network {
     const DESCRIPTOR: &'static Descriptor =
         &service("network 1", "Sends and receives over UDP and TCP; no call waits.");
+}
+
+impl HostedService for Network {
+    const EFFECT: Effect = Effect::Communicates;
 }
 
 /// Network address: host number and port, such as `192.168.0.7:9000`.

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{RequestAnswer, Service, call_table, service};
+use super::{Effect, HostedService, RequestAnswer, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 
 call_table! {
@@ -59,6 +59,10 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Plugins {
     const DESCRIPTOR: &'static Descriptor = &service("plugins 1", "Loads, unloads and reloads plugins.");
+}
+
+impl HostedService for Plugins {
+    const EFFECT: Effect = Effect::Acts;
 }
 
 /// Answer to a request for a change of plugins.

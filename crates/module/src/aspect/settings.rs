@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{RequestAnswer, Service, call_table, service};
+use super::{Effect, HostedService, RequestAnswer, Service, call_table, service};
 use crate::table::{Bytes, Sink};
 
 call_table! {
@@ -58,6 +58,10 @@ call_table! {
 unsafe impl Service for Settings {
     const DESCRIPTOR: &'static Descriptor =
         &service("settings 1", "Changes the configuration while it runs.");
+}
+
+impl HostedService for Settings {
+    const EFFECT: Effect = Effect::Acts;
 }
 
 impl Settings {

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::call_with_sink;
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::Refusal;
 use crate::table::{Bytes, DONE, Sink};
 
@@ -50,6 +50,10 @@ call_table! {
 unsafe impl Service for Synchronization {
     const DESCRIPTOR: &'static Descriptor =
         &service("synchronization 1", "Emits and counts named synchronization points.");
+}
+
+impl HostedService for Synchronization {
+    const EFFECT: Effect = Effect::None;
 }
 
 impl Synchronization {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::panics::{discard, panic_message};
 use crate::table::{Bytes, DONE, PANICKED, Sink};
 use crate::{Level, Refusal};
@@ -95,6 +95,10 @@ const DEFAULT_RING_SIZE: usize = 64 * 1024;
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Threads {
     const DESCRIPTOR: &'static Descriptor = &service("threads 1", "Lets a module own threads.");
+}
+
+impl HostedService for Threads {
+    const EFFECT: Effect = Effect::None;
 }
 
 /// Body of a thread, used once: either `run` is called, or `discard`.

@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Descriptor;
 
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 
 call_table! {
     /// Clock of the agent, set by the module that `[time] source` names.
@@ -14,6 +14,10 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for TimeSource {
     const DESCRIPTOR: &'static Descriptor = &service("time_source 1", "Sets the time of the next cycle.");
+}
+
+impl HostedService for TimeSource {
+    const EFFECT: Effect = Effect::None;
 }
 
 impl TimeSource {

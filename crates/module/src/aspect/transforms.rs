@@ -3,7 +3,7 @@ use std::ops::Mul;
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::{ABSENT, call_with_sink};
-use super::{Service, call_table, service};
+use super::{Effect, HostedService, Service, call_table, service};
 use crate::table::{Bytes, DONE, Sink};
 use crate::{Refusal, math};
 
@@ -79,6 +79,10 @@ pub const LATEST: u64 = u64::MAX;
 unsafe impl Service for Transforms {
     const DESCRIPTOR: &'static Descriptor =
         &service("transforms 1", "Transforms between frames, now or some seconds ago.");
+}
+
+impl HostedService for Transforms {
+    const EFFECT: Effect = Effect::Reads;
 }
 
 /// Rigid transform: pose of a frame in another one.

@@ -18,8 +18,7 @@ mod transforms;
 use std::sync::Arc;
 
 use slate_blackboard::Board;
-use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{self, Actuators, BlackBoard, Network, Service, Transforms};
+use slate_module::aspect::{self, Actuators, BlackBoard, Network, ServiceDescription, Transforms};
 
 pub(crate) use plugins::{PluginChanges, PluginControl};
 pub(crate) use settings::{SettingsChanges, SettingsControl};
@@ -53,23 +52,23 @@ pub(crate) struct ServiceContext {
 type ServiceMaker = fn(&ServiceContext, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
-const SERVICES: &[(&Descriptor, ServiceMaker)] = &[
-    (Actuators::DESCRIPTOR, actuators::make),
-    (BlackBoard::DESCRIPTOR, blackboard::make),
-    (Network::DESCRIPTOR, network::make),
-    (Transforms::DESCRIPTOR, transforms::make),
-    (aspect::MainLoop::DESCRIPTOR, main_loop::make),
-    (aspect::TimeSource::DESCRIPTOR, time_source::make),
-    (aspect::Logger::DESCRIPTOR, logger::make),
-    (aspect::Plugins::DESCRIPTOR, plugins::make),
-    (aspect::Settings::DESCRIPTOR, settings::make),
-    (aspect::Synchronization::DESCRIPTOR, synchronization::make),
-    (aspect::Threads::DESCRIPTOR, threads::make),
+const SERVICES: &[(ServiceDescription, ServiceMaker)] = &[
+    (ServiceDescription::of::<Actuators>(), actuators::make),
+    (ServiceDescription::of::<BlackBoard>(), blackboard::make),
+    (ServiceDescription::of::<Network>(), network::make),
+    (ServiceDescription::of::<Transforms>(), transforms::make),
+    (ServiceDescription::of::<aspect::MainLoop>(), main_loop::make),
+    (ServiceDescription::of::<aspect::TimeSource>(), time_source::make),
+    (ServiceDescription::of::<aspect::Logger>(), logger::make),
+    (ServiceDescription::of::<aspect::Plugins>(), plugins::make),
+    (ServiceDescription::of::<aspect::Settings>(), settings::make),
+    (ServiceDescription::of::<aspect::Synchronization>(), synchronization::make),
+    (ServiceDescription::of::<aspect::Threads>(), threads::make),
 ];
 
-/// Returns the descriptors of the host's services.
-pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
-    SERVICES.iter().map(|(descriptor, _)| *descriptor)
+/// Returns the descriptions of the host's services.
+pub(crate) fn services() -> impl Iterator<Item = ServiceDescription> {
+    SERVICES.iter().map(|(description, _)| *description)
 }
 
 /// Makes the host's service of a schema for a module.
@@ -78,7 +77,7 @@ pub(crate) fn service(
     service_context: &ServiceContext,
     module: &Arc<str>,
 ) -> Option<Box<dyn HostService>> {
-    let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
+    let (_, make) = SERVICES.iter().find(|(description, _)| description.descriptor.hash == schema)?;
     Some(make(service_context, module))
 }
 

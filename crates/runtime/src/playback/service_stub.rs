@@ -36,7 +36,7 @@ fn provides(description: &Description, schema: u64) -> bool {
 /// Returns the services of modules that a module needs.
 fn needs(description: &Description) -> impl Iterator<Item = &'static Descriptor> {
     let wanted = ports(description, Direction::Aspect).map(|port| port.descriptor);
-    wanted.filter(|wanted| aspects::services().all(|own| own.hash != wanted.hash))
+    wanted.filter(|wanted| aspects::services().all(|own| own.descriptor.hash != wanted.hash))
 }
 
 /// Returns stubs of the providers that do not run and are needed.
