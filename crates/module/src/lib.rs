@@ -94,6 +94,7 @@ mod port_list;
 mod portable;
 mod random;
 pub mod role;
+mod service_hash;
 mod setup;
 pub mod table;
 pub mod testing;

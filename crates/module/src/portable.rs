@@ -10,6 +10,7 @@ use slate_blackboard::interface::{
     Constant, Descriptor, Enumeration, Field, Kind, Primitive, Value, schema_hash,
 };
 
+use crate::service_hash::service_hash;
 use crate::{
     Description, Direction, Hardware, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode,
 };
@@ -82,6 +83,9 @@ struct PortableInterface {
     /// Schema hash that the author's code expects; it is checked.
     #[serde(default)]
     hash: Option<u64>,
+    /// Size and alignment of the table of a service; only services have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    table: Option<(usize, usize)>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -172,7 +176,10 @@ fn portable_port(port: &PortDescription) -> PortablePort {
         name: port.name.clone(),
         doc: port.doc.clone(),
         direction: port.direction,
-        interface: portable_interface(port.descriptor),
+        interface: PortableInterface {
+            table: is_service(port.direction).then_some((port.descriptor.size, port.descriptor.align)),
+            ..portable_interface(port.descriptor)
+        },
         required: port.required,
         role: port.role.clone(),
         stale_after: port.stale_after,
@@ -195,7 +202,13 @@ fn portable_interface(descriptor: &Descriptor) -> PortableInterface {
         ros: descriptor.ros.into(),
         fields: descriptor.fields.iter().map(field).collect(),
         hash: Some(descriptor.hash),
+        table: None,
     }
+}
+
+/// Returns true for the direction of a service.
+fn is_service(direction: Direction) -> bool {
+    matches!(direction, Direction::Aspect | Direction::Provider)
 }
 
 fn portable_kind(kind: &Kind) -> PortableKind {
@@ -230,6 +243,7 @@ impl TryFrom<PortableDescription> for Description {
             ros: "std_msgs/msg/Empty".into(),
             fields: Vec::new(),
             hash: None,
+            table: None,
         };
         let params = intern(&portable.params.unwrap_or_else(nothing))?;
         for (i, port) in portable.ports.iter().enumerate() {
@@ -288,6 +302,14 @@ const NAME_RULE: &str = "a name is letters, digits, `_` and `-`";
 const WINDOW_LIMIT: usize = 4096;
 
 fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
+    if is_service(port.direction) != port.interface.table.is_some() {
+        let (name, direction) = (port.name, port.direction.name());
+        return Err(format!(
+            "`{name}` goes the way {direction}: a service has the size and alignment of its `table`, and nothing else \
+             has; build it with this version of slate-module"
+        )
+        .into());
+    }
     let descriptor = intern(&port.interface)?;
     if port.safe.as_ref().is_some_and(|safe| safe.len() != descriptor.size) {
         return Err(format!("the safe value of `{}` is not {} bytes long", port.name, descriptor.size).into());
@@ -371,8 +393,18 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         fields.push(own);
     }
     size = size.next_multiple_of(align);
+    let mut hash = schema_hash(name, &fields);
+    if let Some(table) = interface.table {
+        (size, align) = table;
+        hash = service_hash(name, size, align);
+        if !fields.is_empty() || !align.is_power_of_two() || !size.is_multiple_of(align) || size > SIZE_LIMIT
+        {
+            return Err(
+                format!("the table of {name} can't have {size} bytes aligned to {align}, or fields").into()
+            );
+        }
+    }
     let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
-    let hash = schema_hash(name, fields);
     if let Some(claimed) = interface.hash.filter(|claimed| *claimed != hash) {
         return Err(format!(
             "{name} has schema {claimed:016x} in the library, but its fields make {hash:016x}: it was built with \
@@ -455,6 +487,22 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
 #[allow(clippy::unwrap_used, reason = "a test that fails panics")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn services_alone_have_tables() {
+        let with = |direction: &str, table: &str| {
+            let json = format!(
+                r#"{{"stage":"Think","ports":[{{"name":"light","direction":"{direction}",
+                    "interface":{{"name":"light_meter 1","fields":[]{table}}}}}]}}"#
+            );
+            decode_description(json.as_bytes()).map(|description| description.ports[0].descriptor.hash)
+        };
+        assert_eq!(with("Aspect", r#","table":[16,8]"#).unwrap(), service_hash("light_meter 1", 16, 8));
+        assert!(with("Aspect", "").unwrap_err().0.contains("a service has the size"));
+        assert!(with("Output", r#","table":[16,8]"#).unwrap_err().0.contains("nothing else has"));
+        assert!(with("Aspect", r#","table":[16,3]"#).unwrap_err().0.contains("aligned to 3"));
+        assert!(with("Aspect", r#","table":[16,0]"#).unwrap_err().0.contains("aligned to 0"));
+    }
 
     #[test]
     fn defaults_out_of_range_are_refused() {

@@ -219,7 +219,7 @@ pub struct Camera {
 // SAFETY: plain data, and without calls.
 #[allow(unsafe_code, reason = "a service is one by its author's word")]
 unsafe impl Service for Camera {
-    const DESCRIPTOR: &'static Descriptor = &service("camera 1", "Has pictures.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("camera 1", "Has pictures.");
 }
 
 #[ports]

@@ -69,7 +69,7 @@ call_table! {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Actuators {
-    const DESCRIPTOR: &'static Descriptor = &service(
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>(
         "actuators 1",
         "Looks at actuators, stops them, and commands those that are chosen at run time.",
     );

@@ -37,7 +37,7 @@ pub const DESCRIBE: i32 = 3;
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for BlackBoard {
     const DESCRIPTOR: &'static Descriptor =
-        &service("blackboard 1", "Opens properties at run time, by path and interface.");
+        &service::<Self>("blackboard 1", "Opens properties at run time, by path and interface.");
 }
 
 impl HostedService for BlackBoard {

@@ -36,6 +36,20 @@ macro_rules! call_table {
             ) -> Self {
                 Self { context, $($call,)+ }
             }
+
+            /// Returns the layout: size and alignment, and the calls in order.
+            #[cfg(test)]
+            pub(super) fn layout() -> String {
+                let mut layout = format!("{} bytes, aligned to {}\n", size_of::<Self>(), align_of::<Self>());
+                $({
+                    let arguments: &[&str] = &[$(stringify!($argument)),*];
+                    let result: &[&str] = &[$(concat!("-> ", stringify!($result)))?];
+                    let (name, arguments, result) = (stringify!($call), arguments.join(", "), result.concat());
+                    layout += &format!("  {name}({arguments}) {result}").trim_end();
+                    layout.push('\n');
+                })+
+                layout
+            }
         }
     };
 }

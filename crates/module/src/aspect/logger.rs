@@ -58,7 +58,7 @@ call_table! {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Logger {
-    const DESCRIPTOR: &'static Descriptor = &service("logger 1", "Level filter of the log.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("logger 1", "Level filter of the log.");
 }
 
 impl HostedService for Logger {

@@ -85,7 +85,7 @@ pub struct LoopPlace {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for MainLoop {
     const DESCRIPTOR: &'static Descriptor =
-        &service("main_loop 2", "Provides the loop's stages, and selects the next one.");
+        &service::<Self>("main_loop 2", "Provides the loop's stages, and selects the next one.");
 }
 
 impl HostedService for MainLoop {

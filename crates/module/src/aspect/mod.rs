@@ -18,7 +18,7 @@
 //! // SAFETY: plain C data; reading a constant is possible from any thread.
 //! unsafe impl Service for LightMeter {
 //!     const DESCRIPTOR: &'static slate_module::blackboard::interface::Descriptor =
-//!         &service("light_meter 1", "Measures illuminance.");
+//!         &service::<Self>("light_meter 1", "Measures illuminance.");
 //! }
 //! impl LightMeter {
 //!     /// Lux.
@@ -88,6 +88,8 @@ mod network;
 mod plugins;
 mod settings;
 mod synchronization;
+#[cfg(test)]
+mod tests;
 mod threads;
 mod time_source;
 mod transforms;
@@ -96,7 +98,7 @@ use std::marker::PhantomData;
 use std::mem::ManuallyDrop;
 use std::ops::Deref;
 
-use slate_blackboard::interface::{Descriptor, schema_hash};
+use slate_blackboard::interface::Descriptor;
 
 pub use actuators::{ActuatorState, Actuators};
 pub use answer::{PENDING, RequestAnswer};
@@ -114,6 +116,7 @@ pub use threads::{FULL, Stop, ThreadBody, ThreadState, Threads};
 pub use time_source::TimeSource;
 pub use transforms::{LATEST, RigidTransform, Transforms};
 
+use crate::service_hash::service_hash;
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 
 /// Service: a table of C calls with their context, of a module or of the host.
@@ -141,9 +144,10 @@ pub unsafe trait Service: Sized + 'static {
 }
 
 /// Returns the descriptor of a service with its name, version and purpose.
-/// `name` includes the version, such as `camera 1`.
-pub const fn service(name: &'static str, doc: &'static str) -> Descriptor {
-    Descriptor { name, doc, ros: "", fields: &[], size: 0, align: 1, hash: schema_hash(name, &[]) }
+/// `name` includes the version, such as `camera 1`. The hash is over the name and the size and alignment of the table.
+pub const fn service<S: Service>(name: &'static str, doc: &'static str) -> Descriptor {
+    let (size, align) = (size_of::<S>(), align_of::<S>());
+    Descriptor { name, doc, ros: "", fields: &[], size, align, hash: service_hash(name, size, align) }
 }
 
 fn described<S: Service>(name: &str, doc: &str, direction: Direction) -> PortDescription {

@@ -85,7 +85,7 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Network {
     const DESCRIPTOR: &'static Descriptor =
-        &service("network 1", "Sends and receives over UDP and TCP; no call waits.");
+        &service::<Self>("network 1", "Sends and receives over UDP and TCP; no call waits.");
 }
 
 impl HostedService for Network {

@@ -58,7 +58,8 @@ call_table! {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Plugins {
-    const DESCRIPTOR: &'static Descriptor = &service("plugins 1", "Loads, unloads and reloads plugins.");
+    const DESCRIPTOR: &'static Descriptor =
+        &service::<Self>("plugins 1", "Loads, unloads and reloads plugins.");
 }
 
 impl HostedService for Plugins {

@@ -57,7 +57,7 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Settings {
     const DESCRIPTOR: &'static Descriptor =
-        &service("settings 1", "Changes the configuration while it runs.");
+        &service::<Self>("settings 1", "Changes the configuration while it runs.");
 }
 
 impl HostedService for Settings {

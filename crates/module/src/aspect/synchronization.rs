@@ -49,7 +49,7 @@ call_table! {
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Synchronization {
     const DESCRIPTOR: &'static Descriptor =
-        &service("synchronization 1", "Emits and counts named synchronization points.");
+        &service::<Self>("synchronization 1", "Emits and counts named synchronization points.");
 }
 
 impl HostedService for Synchronization {

@@ -94,7 +94,7 @@ const DEFAULT_RING_SIZE: usize = 64 * 1024;
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Threads {
-    const DESCRIPTOR: &'static Descriptor = &service("threads 1", "Lets a module own threads.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("threads 1", "Lets a module own threads.");
 }
 
 impl HostedService for Threads {

@@ -13,7 +13,8 @@ call_table! {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for TimeSource {
-    const DESCRIPTOR: &'static Descriptor = &service("time_source 1", "Sets the time of the next cycle.");
+    const DESCRIPTOR: &'static Descriptor =
+        &service::<Self>("time_source 1", "Sets the time of the next cycle.");
 }
 
 impl HostedService for TimeSource {

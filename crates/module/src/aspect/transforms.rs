@@ -78,7 +78,7 @@ pub const LATEST: u64 = u64::MAX;
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Transforms {
     const DESCRIPTOR: &'static Descriptor =
-        &service("transforms 1", "Transforms between frames, now or some seconds ago.");
+        &service::<Self>("transforms 1", "Transforms between frames, now or some seconds ago.");
 }
 
 impl HostedService for Transforms {

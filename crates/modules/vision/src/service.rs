@@ -31,7 +31,7 @@ struct Captured {
 
 // SAFETY: plain C data; the cameras may be used from any thread.
 unsafe impl Service for Vision {
-    const DESCRIPTOR: &'static Descriptor = &service("vision 1", "The newest pictures of cameras.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("vision 1", "The newest pictures of cameras.");
 }
 
 impl Vision {

@@ -22,7 +22,7 @@ pub struct LightMeter {
 
 // SAFETY: plain C data; reading is possible from any thread.
 unsafe impl Service for LightMeter {
-    const DESCRIPTOR: &'static Descriptor = &service("light_meter 1", "Tells how bright it is.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("light_meter 1", "Tells how bright it is.");
 }
 
 impl LightMeter {
@@ -195,7 +195,7 @@ pub struct Filtered(LightMeter);
 
 // SAFETY: as of the light meter.
 unsafe impl Service for Filtered {
-    const DESCRIPTOR: &'static Descriptor = &service("filtered 1", "The same light, dimmed.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("filtered 1", "The same light, dimmed.");
 }
 
 /// Provides a service that uses another one.
@@ -244,7 +244,7 @@ pub struct LightMeter2(LightMeter);
 
 // SAFETY: as of the light meter.
 unsafe impl Service for LightMeter2 {
-    const DESCRIPTOR: &'static Descriptor = &service("light_meter 2", "Tells how bright it is.");
+    const DESCRIPTOR: &'static Descriptor = &service::<Self>("light_meter 2", "Tells how bright it is.");
 }
 
 #[ports]
