@@ -178,7 +178,7 @@ fn the_end_of_a_failed_run_says_why_the_robot_stood() {
     for (set, why) in [
         (
             fault("sonar", "invalid"),
-            "r2/range_monitor at 1.00 s: the measurements of the sensor `sonar` are invalid",
+            "r2/range_monitor at 1.00 s: the measurements of the sensor `sonar` are dropped: one is NaN",
         ),
         (fault("sonar", "late"), "r2: the sensor `sonar` is late since 1.20 s: its newest value came at "),
         (fault("position", "silent"), "r2: no pose (the sensor `position` stopped at 0.98 s)"),

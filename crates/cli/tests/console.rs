@@ -216,7 +216,7 @@ fn endpoint_that_run_refuses_is_refused_by_check() {
     let running = Running::new("check-endpoint");
     let tls = if cfg!(feature = "tls") { "certificate" } else { "without TLS" };
     let refused = [
-        ("tcp:127.0.0.1:7448", "no endpoint"),
+        ("tcp:127.0.0.1:7448", "not an endpoint"),
         ("tls:0.0.0.0:7447", tls),
         ("zenoh:udp/127.0.0.1:7449", "[network]"),
     ];

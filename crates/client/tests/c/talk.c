@@ -60,7 +60,7 @@ int main(int count, char **arguments) {
     CHECK(!slate_agent_connect("no-such-agent", &error));
     expect(error, SLATE_ERROR_KIND_NO_AGENT, "no agent `no-such-agent` runs here", arguments[1]);
     CHECK(!slate_agent_connect_remote("nonsense", "abc", NULL, &error));
-    expect(error, SLATE_ERROR_KIND_INVALID_ARGUMENT, "no address of an agent", "http://127.0.0.1:7878");
+    expect(error, SLATE_ERROR_KIND_INVALID_ARGUMENT, "not an address of an agent", "http://127.0.0.1:7878");
     CHECK(!slate_agent_connect_remote("http://127.0.0.1:9", "abc", NULL, &error));
     expect(error, SLATE_ERROR_KIND_UNREACHABLE, "127.0.0.1:9", "slate ps");
     // Without a place for the error it is dropped.

@@ -68,7 +68,7 @@ fn bad_requests_are_answered_with_what_is_wrong() {
     for (method, path, body, status, word) in [
         ("GET", "/plugns", "", 404, "unknown path"),
         ("DELETE", "/agent", "", 405, "method DELETE is not allowed for"),
-        ("GET", "/agent?x=1", "", 400, "no parameter"),
+        ("GET", "/agent?x=1", "", 400, "not a parameter"),
         ("GET", "/agent", "{}", 400, "takes no body"),
         ("PUT", "/modules/teller", "hello", 400, "no JSON"),
         ("PUT", "/modules/teller", r#"{"enabled":7}"#, 422, "boolean"),

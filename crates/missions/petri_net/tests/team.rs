@@ -465,7 +465,7 @@ fn a_deadlock_across_robots_has_the_way_to_it() {
     assert_eq!(found[0].1, "no transition of r2 is enabled in the marking waiting @r2, goal @r1");
     assert_eq!(report.findings[0].path.as_ref().unwrap().transitions, [1]);
     assert_eq!(found[1].0, FindingKind::Dependent);
-    assert!(found[1].1.starts_with("r2 waits for others with waiting @r2, for ever if they vanish"));
+    assert!(found[1].1.starts_with("r2 waits for others with waiting @r2, forever if they are absent"));
     // A robot at its goal fires no more: r1 never meets.
     let over =
         net("over", &[("goal @r1", 1), ("waiting @r2", 1), ("goal @r2", 0)], &[("meet", &[0, 1], &[2])]);

@@ -234,7 +234,7 @@ mod tests {
         }
         assert_eq!((queue.waiting(), queue.bytes()), (300, 300));
         let error = queue.settle(0, Duration::from_millis(50)).unwrap_err();
-        assert!(error.contains("has taken nothing"), "{error}");
+        assert!(error.contains("has accepted no data"), "{error}");
         assert!(queue.stall_duration() >= Duration::from_millis(50));
         go.send(()).unwrap();
         queue.settle(200, Duration::from_secs(10)).unwrap();

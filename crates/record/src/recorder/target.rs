@@ -199,7 +199,7 @@ impl ActiveRecording {
         self.waits && self.file.failure().is_none() && !self.file.has_room(0)
     }
 
-    /// Gives up a disk that has taken nothing for `timeout`.
+    /// Gives up a disk that has accepted no data for `timeout`.
     pub fn fail_after(&mut self, timeout: Duration) {
         let stall = self.file.stall_duration();
         if stall >= timeout {

@@ -333,7 +333,7 @@ impl RecorderWork {
                 let meanwhile =
                     if self.host.is_lockstep { "the run waits" } else { "values are missing in it" };
                 let text = format!(
-                    "the disk of the recording {path} has taken nothing for {stall} s, and {meanwhile} until it does"
+                    "the disk of the recording {path} has accepted no data for {stall} s, and {meanwhile} until it does"
                 );
                 self.host.logger.log(time, Level::Warn, &text);
             }

@@ -171,7 +171,7 @@ fn values_that_the_other_side_has_no_room_for_are_refused() {
     let mut long = target(1);
     long["name"] = json!("sixteen letters!");
     let error = wide.encode(&bytes_of::<Target>(&long), &mut Vec::new()).unwrap_err();
-    assert_eq!(error, "name: a text has 16 bytes, more than 15");
+    assert_eq!(error, "name: a string has 16 bytes, more than 15");
     let mut large = target(1);
     large["id"] = json!(1_u64 << 40);
     let error = wide.encode(&bytes_of::<Target>(&large), &mut Vec::new()).unwrap_err();
