@@ -1,18 +1,19 @@
 //! Attacks with each operation that changes something; none may have an effect.
 
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
 use slate_console::{Console, Settings};
+use slate_control::operations::{OPERATIONS, of_request};
+use slate_control::{MatchedOperation, Operation};
 use slate_runtime::configuration::{Configuration, Options};
 
 use crate::agent::Running;
 use crate::client::Client;
 
-/// The operations that change something: method, path, body, and the role that they take.
+/// Operations that change something, with what they would change: method, path, body, and required role.
 fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
     vec![
         ("PUT", run.at("sensor/params/step"), json!(2.0), "developer"),
@@ -62,6 +63,14 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
     ]
 }
 
+/// Attack with an operation that has none above, on something that is not there.
+fn general(operation: &Operation) -> (&'static str, String, Json, &'static str) {
+    let fill = |path: String, name: &str| path.replace(&format!("{{{name}}}"), "attack");
+    let path = operation.part_names().fold(operation.path.to_owned(), fill);
+    let body = if operation.body.is_some() { json!({}) } else { Json::Null };
+    (operation.method, path, body, operation.role.name())
+}
+
 /// What must not change.
 fn state(run: &Running) -> String {
     let paths = ["/settings", "/links", "/plugins", "/layouts", "/leases"];
@@ -85,19 +94,16 @@ fn state(run: &Running) -> String {
 fn no_attack_changes_anything() {
     let run = Running::start("attacks");
     let before = state(&run);
-    let listed: BTreeSet<String> = run.get("").json()["operations"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter(|operation| operation["method"] != "GET")
-        .map(|operation| {
-            format!("{} {}", operation["method"].as_str().unwrap(), operation["path"].as_str().unwrap())
-        })
-        .collect();
-    // A new operation must be added here.
-    assert_eq!(listed.len(), 42, "{listed:?}");
+    let mut changes = changes(&run);
+    let has_own = |operation: &Operation| {
+        let is_same = |found: &MatchedOperation| found.operation.name == operation.name;
+        changes.iter().any(|(method, path, ..)| of_request(method, path).is_ok_and(|found| is_same(&found)))
+    };
+    let others = OPERATIONS.iter().filter(|operation| operation.method != "GET" && !has_own(operation));
+    let others: Vec<_> = others.map(general).collect();
+    changes.extend(others);
     let mut attacks = 0;
-    for (method, path, body, role) in changes(&run) {
+    for (method, path, body, role) in changes {
         let body = Some(&body).filter(|body| !body.is_null());
         let good = run.client(role);
         let token = run.token(role);
