@@ -90,7 +90,7 @@ pub enum Verb {
         #[arg(long)]
         json: bool,
     },
-    /// List, enable and disable modules
+    /// List, describe, enable and disable modules
     #[command(subcommand)]
     Module(ModuleVerb),
     /// Link an input to a property, or list the links
@@ -194,7 +194,7 @@ pub enum Verb {
     /// Serve an agent to a language model
     /// over the Model Context Protocol on stdio or HTTP
     Mcp(McpOptions),
-    /// Check thon this machine can run a robot (exit code 7 if not)
+    /// Check that this machine can run a robot (exit code 7 if not)
     Doctor(DoctorOptions),
     /// Evaluate algorithms on public datasets (exit code 7 if a goal is missed)
     #[command(subcommand)]

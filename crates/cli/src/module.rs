@@ -19,6 +19,17 @@ pub enum ModuleVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Show the documentation of a module, its ports and its parameters
+    Describe {
+        /// Name, such as `r2/planner`
+        #[arg(add = ArgValueCompleter::new(complete::of_modules))]
+        name: String,
+        /// Print the documentation as JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
     /// Enable a module
     Enable {
         /// Name, such as `r2/planner`
@@ -41,6 +52,7 @@ pub enum ModuleVerb {
 pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
     match verb {
         ModuleVerb::List { json, agent } => list(agent, *json)?,
+        ModuleVerb::Describe { name, json, agent } => describe(agent, name, *json)?,
         ModuleVerb::Enable { name, agent } => switch(agent, name, true)?,
         ModuleVerb::Disable { name, agent } => switch(agent, name, false)?,
     }
@@ -51,6 +63,29 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     let mut client = agent.connect()?;
     let switched = client.enable(name, on).map_err(|error| unknown(&mut client, name, error))?;
     show_enable_result(name, on, switched);
+    Ok(())
+}
+
+fn describe(agent: &AgentOption, name: &str, json: bool) -> Result<(), Failure> {
+    let mut client = agent.connect()?;
+    let module = client.describe(name).map_err(|error| unknown(&mut client, name, error))?;
+    if json {
+        output::document("slate.module.describe/1", &module);
+        return Ok(());
+    }
+    output::line(&module.name);
+    if !module.doc.is_empty() {
+        output::line(format_args!("  {}", module.doc));
+    }
+    let ports = module
+        .ports
+        .into_iter()
+        .map(|port| [format!("  {}", port.direction.to_lowercase()), port.name, port.interface, port.doc]);
+    let parameters = module
+        .parameters
+        .into_iter()
+        .map(|parameter| ["  parameter".into(), parameter.name, parameter.unit, parameter.doc]);
+    output::columns(ports.chain(parameters));
     Ok(())
 }
 

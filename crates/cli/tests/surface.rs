@@ -180,6 +180,7 @@ fn each_document_in_json_says_of_which_form_it_is() {
     common::wait_for("the line", || !running.done(&["log"]).is_empty());
     for (arguments, schema, field) in [
         (&["module", "list"][..], "slate.module/1", "modules"),
+        (&["module", "describe", "r2/planner"], "slate.module.describe/1", "ports"),
         (&["plugin", "list"], "slate.plugin/1", "plugins"),
         (&["link"], "slate.link/1", "links"),
         (&["link", "referee/truth", "simulator/r2/truth"], "slate.link.change/1", "changed"),

@@ -75,6 +75,45 @@ pub struct ReloadedPlugin {
     pub old_library: String,
 }
 
+/// Documentation of a module, its ports and its parameters.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModuleDocumentation {
+    /// Name.
+    pub name: String,
+    /// Documentation of its kind.
+    pub doc: String,
+    /// Ports, in their order.
+    pub ports: Vec<PortDocumentation>,
+    /// Parameters, in their order.
+    pub parameters: Vec<ParameterDocumentation>,
+}
+
+/// Documentation of a port.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PortDocumentation {
+    /// Name.
+    pub name: String,
+    /// Direction, such as `Input`.
+    pub direction: String,
+    /// Interface, or the service of an aspect.
+    pub interface: String,
+    /// Role; empty for none.
+    pub role: String,
+    /// Documentation of its values; that of the interface unless the port has its own.
+    pub doc: String,
+}
+
+/// Documentation of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ParameterDocumentation {
+    /// Name.
+    pub name: String,
+    /// Unit, such as `m`; empty for none.
+    pub unit: String,
+    /// Documentation.
+    pub doc: String,
+}
+
 /// Module of an agent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModuleEntry {

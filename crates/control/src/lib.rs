@@ -55,10 +55,10 @@ pub use connection::{
 };
 pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{
-    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry,
-    PluginEntry, PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry,
-    SavedSettings, SettingChange, SettingDifference, SettingEntry, SnapshotEntry, Spread, TraceEntry,
-    TrackEntry, UnloadedPlugin, ValueUpdate, Watched,
+    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleDocumentation,
+    ModuleEntry, ParameterDocumentation, PluginEntry, PortDocumentation, PropertyEntry, RateMeasurement,
+    Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry, SavedSettings, SettingChange, SettingDifference,
+    SettingEntry, SnapshotEntry, Spread, TraceEntry, TrackEntry, UnloadedPlugin, ValueUpdate, Watched,
 };
 pub use frames::{TransformStream, frames, is_transform};
 pub use lease::LEASE_CHECK_PERIOD;

@@ -21,8 +21,9 @@ use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, Composer, ControlsHolder, ErrorCode, Loaded, NewLink, Reload};
 
 use crate::entries::{
-    EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
-    ReloadedPlugin, SnapshotEntry, UnloadedPlugin,
+    EnableResult, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleDocumentation, ModuleEntry,
+    ParameterDocumentation, PluginEntry, PortDocumentation, Refusal, ReloadedPlugin, SnapshotEntry,
+    UnloadedPlugin,
 };
 
 use messages::MessageSender;
@@ -321,6 +322,32 @@ impl AgentControl {
             has_shadow: module.has_shadow,
         };
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    /// Returns the documentation of a module, its ports and its parameters.
+    pub(crate) fn describe(&self, name: &str) -> Done {
+        let Some((doc, description)) = self.composer.documentation(name) else {
+            let names: Vec<_> = self.composer.modules().into_iter().map(|module| module.name).collect();
+            return Err(unknown("module", name, &names, "see the list of modules"));
+        };
+        let ports = description.ports.iter().map(|port| PortDocumentation {
+            name: port.name.clone(),
+            direction: port.direction.name().into(),
+            interface: port.descriptor.name.into(),
+            role: port.role.clone(),
+            doc: if port.doc.is_empty() { port.descriptor.doc.into() } else { port.doc.clone() },
+        });
+        let parameters = description.params.fields.iter().map(|field| ParameterDocumentation {
+            name: field.name.into(),
+            unit: field.unit.into(),
+            doc: field.doc.into(),
+        });
+        result(ModuleDocumentation {
+            name: name.into(),
+            doc,
+            ports: ports.collect(),
+            parameters: parameters.collect(),
+        })
     }
 
     /// Enables or disables a module.

@@ -12,10 +12,10 @@ use slate_runtime::recording::{RecordingEntry, RecordingStatus, SavedFlight};
 use super::{Client, ClientError, percent_encoded};
 use crate::agent::{PeerList, RecordingRequest};
 use crate::entries::{
-    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry, SavedSettings,
-    SettingChange, SettingDifference, SettingEntry, SnapshotEntry, TraceEntry, UnloadedPlugin, ValueUpdate,
-    Watched,
+    ControlsEntry, EnableResult, HolderEntry, LinkEntry, LoadedPlugins, ModuleDocumentation, ModuleEntry,
+    PluginEntry, PropertyEntry, RateMeasurement, Reading, Refusal, ReloadedPlugin, RemoteSnapshotEntry,
+    SavedSettings, SettingChange, SettingDifference, SettingEntry, SnapshotEntry, TraceEntry, UnloadedPlugin,
+    ValueUpdate, Watched,
 };
 use crate::graph::DrawnGraph;
 
@@ -223,6 +223,11 @@ impl Client {
     /// Returns the modules.
     pub fn modules(&mut self) -> Done<Vec<ModuleEntry>> {
         self.call("GET", "/modules", None)
+    }
+
+    /// Returns the documentation of a module, its ports and its parameters.
+    pub fn describe(&mut self, name: &str) -> Done<ModuleDocumentation> {
+        self.call("GET", &format!("/modules/{}", percent_encoded(name)), None)
     }
 
     /// Enables or disables a module.

@@ -74,6 +74,7 @@ pub const OPERATIONS: &[Operation] = &[
     tracing::PROGRESS,
     tracing::END,
     modules::LIST,
+    modules::DESCRIBE,
     modules::SWITCH,
     plugins::LIST,
     plugins::LOAD_LIBRARY,

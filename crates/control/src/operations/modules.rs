@@ -18,6 +18,15 @@ pub(super) const LIST: Operation =
         .pace(Pace::Prompt)
         .answers(|| shape::list(shape::module()), |surface, _| reply(surface.agent.modules()));
 
+pub(super) const DESCRIBE: Operation = Operation::get(
+    "/modules/{module}",
+    "describe",
+    Role::Viewer,
+    "Documentation of a module, its ports and its parameters",
+)
+.pace(Pace::Prompt)
+.answers(documentation, |surface, request| named(surface.agent.describe(request.board_path("module")?)));
+
 pub(super) const SWITCH: Operation = Operation::put(
     "/modules/{module}",
     "switch",
@@ -38,6 +47,24 @@ pub(super) const PARAMETERS: Operation = Operation::get(
     "Parameters of all modules, with defaults, ranges, and whether an operator may set them",
 )
 .answers(|| shape::list(shape::parameter()), parameters);
+
+fn documentation() -> Json {
+    let port = shape::object(&[
+        ("name", shape::text()),
+        ("direction", shape::text()),
+        ("interface", shape::text()),
+        ("role", shape::text()),
+        ("doc", shape::text()),
+    ]);
+    let parameter =
+        shape::object(&[("name", shape::text()), ("unit", shape::text()), ("doc", shape::text())]);
+    shape::object(&[
+        ("name", shape::text()),
+        ("doc", shape::text()),
+        ("ports", shape::list(port)),
+        ("parameters", shape::list(parameter)),
+    ])
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

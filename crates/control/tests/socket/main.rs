@@ -11,6 +11,7 @@ mod common;
 #[path = "../../../runtime/tests/common/trace.rs"]
 mod file;
 mod files;
+mod modules;
 mod names;
 mod openapi;
 mod routes;
@@ -58,9 +59,9 @@ struct TellerParams {
     third: u64,
 }
 
-/// Tells its parameters, and counts the ticks that saw two different ones.
 struct Teller;
 
+/// Tells its parameters, and counts the ticks that saw two different ones.
 #[module(stage = Think)]
 impl Module for Teller {
     type Io = TellerIo;

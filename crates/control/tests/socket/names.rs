@@ -34,6 +34,7 @@ fn unknown_name_is_refused_with_nearest_names() {
     nearest("did you mean relay/input?", &mut |client| why(client.unlink("relay/inpt", true)));
 
     nearest("did you mean teller?", &mut |client| why(client.enable("tellr", false)));
+    nearest("did you mean teller?", &mut |client| why(client.describe("tellr")));
     nearest("did you mean wheel?", &mut |client| why(client.arm(Some("whel"))));
     nearest("modules.teller.params.first", &mut |client| why(client.settings("modules.tellr")));
     nearest("modules.teller.params.first", &mut |client| why(client.settings("modules.teller.params.frist")));
@@ -61,6 +62,7 @@ const WITH_URL: &[(&str, &str, &str, &str)] = &[
     ("history", "/history/AGENT/", "", ""),
     ("watch", "/watch", "", r#"{"of":[{"url":"URL"}],"within":0}"#),
     ("measure", "/measure", "", r#"{"urls":["URL"],"time":0}"#),
+    ("describe", "/modules/", "", ""),
     ("switch", "/modules/", "", r#"{"enabled":true}"#),
     ("link", "/links/", "?dry_run", r#"{"from":"counter/number"}"#),
     ("unlink", "/links/", "?dry_run", ""),
@@ -100,7 +102,7 @@ fn a_url_means_the_same_with_and_without_a_slash() {
     for &(name, before, after, body) in WITH_URL {
         let operation = slate_control::operations::by_name(name).unwrap();
         let url = match name {
-            "switch" | "log" => "teller",
+            "describe" | "switch" | "log" => "teller",
             "link" => "teller/input",
             "unlink" => "relay/input",
             "arm" | "take" => "wheel",

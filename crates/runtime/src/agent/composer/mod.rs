@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 
 use slate_blackboard::{Board, BoardError};
 use slate_composition::ExternalInputError;
-use slate_module::{Level, Parameter, PortDescription};
+use slate_module::{Description, Level, Parameter, PortDescription};
 
 use super::external::{CycleEnd, ExternalInputs, ExternalValue, ValueWait};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
@@ -136,6 +136,12 @@ impl Composer {
     /// During a change they are those from before it.
     pub fn parameters(&self, module: &str) -> Vec<Parameter> {
         self.agent.overview().parameters(module)
+    }
+
+    /// Documentation of a module's kind, and its description; `None` if unknown.
+    /// During a change they are those from before it.
+    pub fn documentation(&self, module: &str) -> Option<(String, Arc<Description>)> {
+        self.agent.overview().documentation(module)
     }
 
     /// The port of a module at a path.

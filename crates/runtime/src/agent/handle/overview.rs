@@ -70,6 +70,8 @@ pub(in crate::agent) struct Overview {
 struct ListedModule {
     name: String,
     kind: String,
+    /// Documentation of the kind.
+    doc: String,
     plugin: String,
     has_shadow: bool,
     description: Arc<Description>,
@@ -97,6 +99,12 @@ impl Overview {
     pub fn parameters(&self, module: &str) -> Vec<Parameter> {
         let listed = self.modules.iter().find(|listed| listed.name == module);
         listed.map(|listed| listed.description.parameters.clone()).unwrap_or_default()
+    }
+
+    /// Documentation of a module's kind, and its description; `None` if unknown.
+    pub fn documentation(&self, module: &str) -> Option<(String, Arc<Description>)> {
+        let listed = self.modules.iter().find(|listed| listed.name == module)?;
+        Some((listed.doc.clone(), Arc::clone(&listed.description)))
     }
 
     /// The port of a module at a path.
@@ -180,6 +188,7 @@ fn modules(composition: &Composition) -> Vec<ListedModule> {
         ListedModule {
             name: name.clone(),
             kind: loaded.kind.name().into(),
+            doc: loaded.kind.doc().into(),
             plugin: plugin.map(|plugin| plugin.name().into()).unwrap_or_default(),
             has_shadow: composition.plugins.trials.values().any(|trial| trial.modules.contains(name)),
             description: Arc::clone(&loaded.description),
