@@ -70,6 +70,7 @@ fn a_new_module_runs_beside_the_blocks_of_a_robot() {
 }
 
 /// Calls a tool in a folder, and returns what it prints.
+#[cfg(feature = "external-tools")]
 fn tool(folder: &std::path::Path, name: &str, arguments: &[&str]) -> String {
     let called = std::process::Command::new(name).args(arguments).current_dir(folder).output();
     let output = called.unwrap_or_else(|error| panic!("{name} is needed for this test: {error}"));
@@ -79,6 +80,7 @@ fn tool(folder: &std::path::Path, name: &str, arguments: &[&str]) -> String {
 }
 
 /// Builds and tests a project in C or C++ as it says, and lets its robot reach the target.
+#[cfg(feature = "external-tools")]
 fn build_and_run(name: &str, language: &str, files: &[&str]) {
     let running = Running::new(name);
     let said = running.done(&["new", name, language]);
@@ -108,12 +110,14 @@ fn build_and_run(name: &str, language: &str, files: &[&str]) {
 }
 
 #[test]
+#[cfg(feature = "external-tools")]
 fn new_project_in_cpp_builds_is_tested_and_runs() {
     let files = ["src/cpp_rover.hpp", "src/interfaces.hpp", "include/slate.hpp", "include/slate/ports.hpp"];
     build_and_run("cpp-rover", "--cpp", &files);
 }
 
 #[test]
+#[cfg(feature = "external-tools")]
 fn new_project_in_c_builds_is_tested_and_runs() {
     let files = ["src/c_rover.c", "src/interfaces.h", "include/slate.h", "include/slate/testing.h"];
     build_and_run("c-rover", "--c", &files);

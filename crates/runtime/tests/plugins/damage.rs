@@ -12,7 +12,7 @@ use slate_runtime::Options;
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::plugin::{self, LibraryOutline};
 
-use crate::fixtures::{Folder, find, gcc, libraries, patch};
+use crate::fixtures::{CHILD, Folder, find, gcc, libraries, patch};
 use crate::support::*;
 
 /// What is said when a library of those bytes is loaded by an agent, which continues.
@@ -292,9 +292,6 @@ fn loading_a_file_with_damaged_headers_ends_no_process() {
         assert!(refused > 1000, "{refused}");
     });
 }
-
-/// Set in a process that a test started.
-pub const CHILD: &str = "SLATE_TEST_CHILD";
 
 /// Runs a test's work in another process, which it may end or fill.
 #[track_caller]

@@ -1,4 +1,5 @@
 //! Builds the plugins that the tests load, each once in a run, and makes damaged copies of them.
+#![allow(dead_code, reason = "`plugins_cpp` uses a part of it, and `plugins` the rest")]
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -19,6 +20,9 @@ fn tests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/plugins")
 }
 
+/// Set in a process that a test started.
+pub const CHILD: &str = "SLATE_TEST_CHILD";
+
 /// The libraries, built on first use.
 pub fn libraries() -> &'static Libraries {
     static LIBRARIES: OnceLock<Libraries> = OnceLock::new();
@@ -29,7 +33,7 @@ pub fn libraries() -> &'static Libraries {
         let lock = File::create(folder.join("lock")).unwrap();
         lock.lock().unwrap();
         let libraries = Libraries { folder };
-        if std::env::var_os(crate::damage::CHILD).is_none() {
+        if std::env::var_os(CHILD).is_none() {
             libraries.build();
         }
         libraries

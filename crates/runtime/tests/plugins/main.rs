@@ -9,7 +9,6 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-mod cpp;
 mod damage;
 mod dependencies;
 mod errors;

@@ -1,4 +1,20 @@
-//! A plugin in C++, and what its author may do wrong.
+//! A plugin in C++, and what its author may do wrong: `cargo test -p slate-runtime --features slate-test-tools/external-tools`.
+#![allow(
+    unsafe_code,
+    dead_code,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and it shares the support of the tests of plugins"
+)]
+
+#[path = "../plugins/fixtures.rs"]
+mod fixtures;
+#[path = "../plugins/support.rs"]
+mod support;
+#[path = "../common/trace.rs"]
+mod trace;
 
 use std::path::PathBuf;
 use std::process::Command;
