@@ -137,10 +137,10 @@ fn hashes_of_others_are_seen_and_compared() {
         let name = "geometry_msgs/msg/WrenchStamped";
         let theirs = hash_of_ros(&packages().join(name), name);
         let ours = known_type_hash(name, Some(&file)).unwrap();
-        let line = format!("/load: a publisher defines {name} otherwise (type hash {theirs}, here {ours})");
+        let line = format!("/load: a publisher defines {name} differently (type hash {theirs}, here {ours})");
         eventually("the difference", || agent.has_logged(&line));
         eventually("the scan's publisher", || agent.bridge().topics()[0].others == Some(1));
-        assert_eq!(agent.logged("otherwise"), 1);
+        assert_eq!(agent.logged("differently"), 1);
         let mut explorer = RosExplorer::join(domain, &RosWireSettings::Dds, false).unwrap();
         eventually("the publisher", || {
             explorer.discover(Duration::from_millis(100));

@@ -240,7 +240,7 @@ fn different_types_and_broken_messages_are_reported() {
         )
     });
     let line = format!(
-        "/scan: a publisher defines sensor_msgs/msg/LaserScan otherwise (type hash {hash}, here RIHS01_64c1"
+        "/scan: a publisher defines sensor_msgs/msg/LaserScan differently (type hash {hash}, here RIHS01_64c1"
     );
     eventually("the hash", || agent.has_logged(&line));
     assert_eq!(status(&agent, "/scan").others, Some(0));
